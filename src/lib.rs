@@ -1,0 +1,7 @@
+//! A learning switch for MAVLink: frames go from link to link by their target.
+//!
+//! The library is a stack of layers; each may use only those before it:
+//!
+//! - [`mavlink`]: bytes to frames. Pure: no I/O, no clock, no allocation per frame.
+
+pub mod mavlink;

@@ -1,0 +1,17 @@
+//! The MAVLink protocol as a router needs it: frames, their checksums, and where their targets are.
+//!
+//! This layer is pure: it sees bytes and gives back frames. It opens nothing, reads no clock, and
+//! allocates nothing per frame. Rule numbers in this layer are those of the project's routing
+//! rules: each is a fact of the protocol or a decision about it, described where it applies.
+
+mod crc;
+mod dialect;
+mod encode;
+mod frame;
+mod id;
+
+pub use crc::{Crc, implied_extra};
+pub use dialect::{Definition, Dialect, Target};
+pub use encode::{FrameSpec, encode, trimmed};
+pub use frame::{Frame, FrameError, Header, MAX_FRAME, STX_V1, STX_V2, Version, frame_len_of};
+pub use id::{Component, MessageId};
