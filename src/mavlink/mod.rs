@@ -4,14 +4,18 @@
 //! allocates nothing per frame. Rule numbers in this layer are those of the project's routing
 //! rules: each is a fact of the protocol or a decision about it, described where it applies.
 
+mod checker;
 mod crc;
 mod dialect;
 mod encode;
 mod frame;
 mod id;
+mod splitter;
 
+pub use checker::{Checker, Evidence, Sighting, Verdict};
 pub use crc::{Crc, implied_extra};
 pub use dialect::{Definition, Dialect, Target};
 pub use encode::{FrameSpec, encode, trimmed};
 pub use frame::{Frame, FrameError, Header, MAX_FRAME, STX_V1, STX_V2, Version, frame_len_of};
 pub use id::{Component, MessageId};
+pub use splitter::{CheckedFrame, Cutter, Input, Splitter, SplitterStats, fuzz_splitter};
