@@ -3,5 +3,8 @@
 //! The library is a stack of layers; each may use only those before it:
 //!
 //! - [`mavlink`]: bytes to frames. Pure: no I/O, no clock, no allocation per frame.
+//! - [`routing`]: which link gets which frame, and the queues in between. Pure as well; the time
+//!   is an argument.
 
 pub mod mavlink;
+pub mod routing;

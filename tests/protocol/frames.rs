@@ -1,7 +1,8 @@
 //! Frames and streams for the tests of the pure layers, and a generator of pseudo-random numbers.
 
 use mavswitch::mavlink::{
-    Checker, Component, Dialect, FrameSpec, Header, Input, MessageId, Splitter, Version, encode,
+    CheckedFrame, Checker, Component, Dialect, FrameSpec, Header, Input, MessageId, Splitter,
+    Version, encode,
 };
 
 /// One frame, without signature.
@@ -74,18 +75,30 @@ impl Receiver {
         }
     }
 
-    pub(crate) fn receive(&mut self, bytes: &[u8], input: Input) -> Vec<Taken> {
-        let mut taken = Vec::new();
+    /// Hands out the frames of `bytes` as they are cut.
+    pub(crate) fn each(
+        &mut self,
+        bytes: &[u8],
+        input: Input,
+        mut f: impl FnMut(&CheckedFrame<'_>),
+    ) {
         self.buffer[Splitter::CARRY..][..bytes.len()].copy_from_slice(bytes);
         let mut cutter = self.splitter.cut(&mut self.buffer, bytes.len(), input);
         while let Some(frame) = cutter.next(&mut self.checker) {
+            f(&frame);
+        }
+    }
+
+    pub(crate) fn receive(&mut self, bytes: &[u8], input: Input) -> Vec<Taken> {
+        let mut taken = Vec::new();
+        self.each(bytes, input, |frame| {
             taken.push(Taken {
                 bytes: frame.bytes.to_vec(),
                 header: frame.header,
                 target: frame.target,
                 verified: frame.verified,
             });
-        }
+        });
         taken
     }
 

@@ -1,7 +1,11 @@
 //! The pure layers against the protocol: published frames, every message ever defined, streams
 //! with damage, and routing by the rules. No sockets, no processes.
 
+#![allow(clippy::unwrap_used)]
+
 mod every_message;
 mod frames;
+mod network;
+mod routing;
 mod streams;
 mod vectors;

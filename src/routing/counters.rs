@@ -1,0 +1,66 @@
+//! What happened on a link, in numbers.
+
+use std::ops::{Index, IndexMut};
+
+/// Why a frame was not delivered. Those of the first group count on the link it came from, those
+/// of the second on the link it would have gone to.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum DropReason {
+    /// Directed at somebody who was heard on no other link (rules 36-39).
+    NoRoute,
+    /// SETUP_SIGNING, which carries a secret key (rule 47).
+    SetupSigning,
+    /// The source was just heard on this link (rule 49).
+    Loop,
+    /// The queue had no room for it.
+    QueueFull,
+}
+
+impl DropReason {
+    /// All of them, in the order of their declaration.
+    pub const ALL: [Self; 4] = [
+        Self::NoRoute,
+        Self::SetupSigning,
+        Self::Loop,
+        Self::QueueFull,
+    ];
+}
+
+/// Counts from the start of a link.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
+pub struct LinkCounters {
+    /// Frames that arrived whole.
+    pub frames_in: u64,
+    /// Their bytes.
+    pub bytes_in: u64,
+    /// Frames that were queued for sending.
+    pub frames_out: u64,
+    /// Their bytes.
+    pub bytes_out: u64,
+    /// Frames with system id 0 or component id 0 as their source (rule 8).
+    pub invalid_sources: u64,
+    /// Frames of a new component when the table of components was full.
+    pub unlearned: u64,
+    dropped: [u64; DropReason::ALL.len()],
+}
+
+impl LinkCounters {
+    /// All frames that were dropped, for whatever reason.
+    pub fn dropped(&self) -> u64 {
+        self.dropped.iter().sum()
+    }
+}
+
+impl Index<DropReason> for LinkCounters {
+    type Output = u64;
+
+    fn index(&self, reason: DropReason) -> &u64 {
+        &self.dropped[reason as usize]
+    }
+}
+
+impl IndexMut<DropReason> for LinkCounters {
+    fn index_mut(&mut self, reason: DropReason) -> &mut u64 {
+        &mut self.dropped[reason as usize]
+    }
+}

@@ -1,0 +1,182 @@
+//! Links by number, and sets of them as bits, so that "all but the sender" is one expression.
+
+use std::fmt;
+use std::ops::{BitAnd, BitOr, Sub};
+
+/// How many links there may be at one time.
+pub const MAX_LINKS: usize = 1_024;
+
+const WORDS: usize = MAX_LINKS / 64;
+
+/// A link's number, printed `#3`. It is given again once the link is gone.
+///
+/// Invariant: below [`MAX_LINKS`].
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct LinkId(u16);
+
+impl LinkId {
+    /// The link with this number, if there may be one.
+    pub const fn new(number: usize) -> Option<Self> {
+        if number < MAX_LINKS {
+            Some(Self(number as u16))
+        } else {
+            None
+        }
+    }
+
+    /// The number, for tables.
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+impl fmt::Display for LinkId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "#{}", self.0)
+    }
+}
+
+/// A set of links.
+#[derive(Clone, Copy, PartialEq, Eq, Default)]
+pub struct LinkSet([u64; WORDS]);
+
+impl LinkSet {
+    /// No link.
+    pub const EMPTY: Self = Self([0; WORDS]);
+
+    /// Just this link.
+    pub fn of(link: LinkId) -> Self {
+        let mut set = Self::EMPTY;
+        set.insert(link);
+        set
+    }
+
+    /// Adds a link.
+    #[inline]
+    pub fn insert(&mut self, link: LinkId) {
+        self.0[link.index() / 64] |= 1 << (link.index() % 64);
+    }
+
+    /// Takes a link out.
+    #[inline]
+    pub fn remove(&mut self, link: LinkId) {
+        self.0[link.index() / 64] &= !(1 << (link.index() % 64));
+    }
+
+    /// Whether the link is in.
+    #[inline]
+    pub fn contains(&self, link: LinkId) -> bool {
+        self.0[link.index() / 64] & (1 << (link.index() % 64)) != 0
+    }
+
+    /// Whether no link is in.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.0 == [0; WORDS]
+    }
+
+    /// How many links are in.
+    pub fn len(&self) -> usize {
+        self.0.iter().map(|word| word.count_ones() as usize).sum()
+    }
+
+    /// The lowest number that is not in.
+    pub fn first_absent(&self) -> Option<LinkId> {
+        let word = self.0.iter().position(|word| *word != u64::MAX)?;
+        LinkId::new(word * 64 + self.0[word].trailing_ones() as usize)
+    }
+
+    /// The links, lowest number first.
+    #[inline]
+    pub fn iter(&self) -> impl Iterator<Item = LinkId> + use<> {
+        let mut words = self.0;
+        let mut at = 0;
+        std::iter::from_fn(move || {
+            while at < WORDS && words[at] == 0 {
+                at += 1;
+            }
+            let word = words.get_mut(at)?;
+            let bit = word.trailing_zeros() as usize;
+            *word &= *word - 1;
+            Some(LinkId((at * 64 + bit) as u16))
+        })
+    }
+
+    fn zip(self, other: Self, combine: impl Fn(u64, u64) -> u64) -> Self {
+        let mut words = self.0;
+        for (word, other) in words.iter_mut().zip(other.0) {
+            *word = combine(*word, other);
+        }
+        Self(words)
+    }
+}
+
+impl BitOr for LinkSet {
+    type Output = Self;
+
+    fn bitor(self, other: Self) -> Self {
+        self.zip(other, |a, b| a | b)
+    }
+}
+
+impl BitAnd for LinkSet {
+    type Output = Self;
+
+    fn bitand(self, other: Self) -> Self {
+        self.zip(other, |a, b| a & b)
+    }
+}
+
+impl Sub for LinkSet {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, |a, b| a & !b)
+    }
+}
+
+impl FromIterator<LinkId> for LinkSet {
+    fn from_iter<I: IntoIterator<Item = LinkId>>(links: I) -> Self {
+        let mut set = Self::EMPTY;
+        links.into_iter().for_each(|link| set.insert(link));
+        set
+    }
+}
+
+impl fmt::Debug for LinkSet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_set().entries(self.iter()).finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn set(numbers: &[usize]) -> LinkSet {
+        numbers
+            .iter()
+            .filter_map(|number| LinkId::new(*number))
+            .collect()
+    }
+
+    #[test]
+    fn all_but_the_sender_and_its_group_is_one_expression() {
+        let all = set(&[0, 1, 63, 64, 1_023]);
+        let group = set(&[63, 64]);
+        let rest = all - LinkSet::of(LinkId(1)) - group;
+        let numbers: Vec<usize> = rest.iter().map(LinkId::index).collect();
+        assert_eq!(numbers, [0, 1_023]);
+        assert_eq!(rest.len(), 2);
+    }
+
+    #[test]
+    fn the_lowest_free_number_is_found() {
+        let mut all: LinkSet = (0..MAX_LINKS).filter_map(LinkId::new).collect();
+        assert_eq!(all.first_absent(), None);
+        all.remove(LinkId(700));
+        assert_eq!(all.first_absent(), Some(LinkId(700)));
+        assert_eq!(LinkSet::EMPTY.first_absent(), Some(LinkId(0)));
+        assert_eq!(LinkId::new(MAX_LINKS), None);
+    }
+}

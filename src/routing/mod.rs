@@ -1,0 +1,23 @@
+//! Which link gets which frame, and the queues in between.
+//!
+//! This layer is pure: it knows links by number, takes the time as an argument, and copies frames
+//! from the reading side into queues that somebody else empties. Rule numbers refer to the
+//! project's routing rules.
+
+mod counters;
+mod link_set;
+mod options;
+mod queue;
+mod route_table;
+mod router;
+mod sequence;
+mod time;
+
+pub use counters::{DropReason, LinkCounters};
+pub use link_set::{LinkId, LinkSet, MAX_LINKS};
+pub use options::{LOOP_WINDOW, Learn, LinkOptions, RouterEvent, RouterOptions};
+pub use queue::{Frames, Full, Precedence, Queue, QueueLimits, fuzz_queue};
+pub use route_table::{Heard, KnownComponent, MAX_COMPONENTS, RouteTable};
+pub use router::Router;
+pub use sequence::Sequence;
+pub use time::Time;

@@ -1,0 +1,62 @@
+//! What the user decides about routing, and what the router has to tell.
+
+use std::time::Duration;
+
+use super::link_set::LinkId;
+use super::queue::QueueLimits;
+use crate::mavlink::Component;
+
+/// How long a source's frames stay off a link on which it was heard itself (rule 49).
+pub const LOOP_WINDOW: Duration = Duration::from_secs(5);
+
+/// Which frames teach routes.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+pub enum Learn {
+    /// Every frame that passed a full check (rule 35).
+    #[default]
+    All,
+    /// HEARTBEAT only.
+    Heartbeat,
+}
+
+/// What the user decides about routing as a whole.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct RouterOptions {
+    /// Which frames teach routes.
+    pub learn: Learn,
+    /// A frame for an unknown component of a known system goes nowhere, instead of to all links
+    /// of the system (rule 38).
+    pub strict: bool,
+    /// A route that was not heard for so long is forgotten; `None`: only with its link (rule 44).
+    pub route_age: Option<Duration>,
+}
+
+impl Default for RouterOptions {
+    fn default() -> Self {
+        Self {
+            learn: Learn::All,
+            strict: false,
+            route_age: Some(Duration::from_secs(300)),
+        }
+    }
+}
+
+/// What the router must know of a link.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct LinkOptions {
+    /// How much may wait for it.
+    pub queue: QueueLimits,
+    /// Whether SETUP_SIGNING may come and go here; both links must allow it (rule 47).
+    pub forward_setup_signing: bool,
+}
+
+/// Something happened that a person wants to be told.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum RouterEvent {
+    /// A component was heard for the first time.
+    ComponentSeen(Component, LinkId),
+    /// A component is known on no link any more.
+    ComponentLost(Component),
+    /// A component started again (rule 44).
+    ComponentRestarted(Component, LinkId),
+}

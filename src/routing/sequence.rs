@@ -1,0 +1,59 @@
+//! Loss by sequence numbers: per source and link, at reception, before any filter (rule 51).
+
+/// What the sequence numbers of one component on one link tell.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
+pub struct Sequence {
+    last: Option<u8>,
+    /// Frames received.
+    pub received: u64,
+    /// Frames that were sent before the last one received and did not arrive.
+    pub lost: u64,
+}
+
+impl Sequence {
+    /// Takes the next frame's sequence number into account.
+    pub fn handle(&mut self, seq: u8) {
+        self.received += 1;
+        let Some(last) = self.last else {
+            self.last = Some(seq);
+            return;
+        };
+        let gap = seq.wrapping_sub(last).wrapping_sub(1);
+        // The other half of the circle: late, a duplicate, or a sender that started again.
+        if gap < 128 {
+            self.lost += u64::from(gap);
+            self.last = Some(seq);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lost(numbers: &[u8]) -> u64 {
+        let mut sequence = Sequence::default();
+        numbers.iter().for_each(|seq| sequence.handle(*seq));
+        assert_eq!(sequence.received, numbers.len() as u64);
+        sequence.lost
+    }
+
+    #[test]
+    fn rule_51_gaps_are_counted_over_the_wrap() {
+        assert_eq!(lost(&[254, 255, 0, 1]), 0);
+        assert_eq!(lost(&[254, 1]), 2);
+        assert_eq!(lost(&[7, 7 + 128]), 127);
+    }
+
+    #[test]
+    fn rule_51_late_and_repeated_frames_are_no_loss_and_do_not_step_back() {
+        assert_eq!(lost(&[10, 11, 11, 9, 12]), 0);
+        assert_eq!(lost(&[10, 12, 11, 13]), 1);
+        assert_eq!(lost(&[200, 0, 201]), 55);
+    }
+
+    #[test]
+    fn rule_51_the_first_frame_of_a_source_is_no_gap() {
+        assert_eq!(lost(&[200]), 0);
+    }
+}
