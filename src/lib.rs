@@ -5,6 +5,8 @@
 //! - [`mavlink`]: bytes to frames. Pure: no I/O, no clock, no allocation per frame.
 //! - [`routing`]: which link gets which frame, and the queues in between. Pure as well; the time
 //!   is an argument.
+//! - [`link`]: the sockets and serial ports that carry the bytes; the only room with `unsafe`.
 
+pub mod link;
 pub mod mavlink;
 pub mod routing;

@@ -1,0 +1,102 @@
+//! The loop's buffers: datagrams come in and go out by the batch.
+
+use std::io;
+use std::net::SocketAddr;
+use std::os::fd::AsRawFd;
+
+use super::sys::{self, Outgoing, Received};
+use crate::mavlink::Splitter;
+
+/// How many datagrams one system call moves at most.
+pub const BATCH: usize = sys::BATCH;
+
+/// The longest UDP payload over IPv4.
+const MAX_DATAGRAM: usize = 65_507;
+
+/// Each slot begins with the room that [`Splitter::cut`] asks for.
+const SLOT: usize = Splitter::CARRY + MAX_DATAGRAM;
+
+/// Where everything that is received stands while it is routed. One for the whole program.
+///
+/// Memory that was never written to costs nothing, so the size of the slots is no burden.
+pub struct Inbox {
+    slots: Vec<u8>,
+    received: [Received; BATCH],
+}
+
+impl Inbox {
+    /// An empty one.
+    pub fn new() -> Self {
+        let received = [Received {
+            len: 0,
+            source: None,
+        }; BATCH];
+        Self {
+            slots: vec![0; SLOT * BATCH],
+            received,
+        }
+    }
+
+    /// Receives up to [`BATCH`] datagrams, one into each slot; says how many came.
+    ///
+    /// # Errors
+    ///
+    /// As `recvmmsg(2)`; `WouldBlock` if there is none.
+    pub fn receive(&mut self, socket: &impl AsRawFd) -> io::Result<usize> {
+        let mut slots = self.slots.chunks_exact_mut(SLOT);
+        let mut buffers: [&mut [u8]; BATCH] = std::array::from_fn(|_| match slots.next() {
+            Some(slot) => &mut slot[Splitter::CARRY..],
+            None => &mut [],
+        });
+        sys::receive_batch(socket, &mut buffers, &mut self.received)
+    }
+
+    /// The length and the source of the datagram in a slot.
+    pub fn received(&self, slot: usize) -> (usize, Option<SocketAddr>) {
+        let Received { len, source } = self.received[slot];
+        (len, source)
+    }
+
+    /// A slot, with the splitter's room in front.
+    pub fn slot(&mut self, slot: usize) -> &mut [u8] {
+        &mut self.slots[slot * SLOT..][..SLOT]
+    }
+
+    /// Where a stream is read to: the first slot, behind the splitter's room.
+    pub fn stream_buffer(&mut self) -> &mut [u8] {
+        &mut self.slot(0)[Splitter::CARRY..]
+    }
+}
+
+impl Default for Inbox {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Sends `datagrams`, each in two pieces, to `destination`, at most [`BATCH`] of them; says how many
+/// went, and what stopped the next one.
+pub fn send_datagrams<'a>(
+    socket: &impl AsRawFd,
+    destination: SocketAddr,
+    datagrams: impl Iterator<Item = (&'a [u8], &'a [u8])>,
+) -> (usize, Option<io::Error>) {
+    let mut batch = [Outgoing {
+        pieces: (&[], &[]),
+        destination,
+    }; BATCH];
+    let mut count = 0;
+    for (place, pieces) in batch.iter_mut().zip(datagrams) {
+        place.pieces = pieces;
+        count += 1;
+    }
+    let mut sent = 0;
+    while sent < count {
+        match sys::send_batch(socket, &batch[sent..count]) {
+            Ok(more) => sent += more,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return (sent, Some(error)),
+        }
+    }
+    (sent, None)
+}

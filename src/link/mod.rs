@@ -1,0 +1,22 @@
+//! The I/O under the links: serial ports, TCP and UDP sockets, opened and set up without waiting.
+//!
+//! Nothing here knows of routes or of the poll loop. All `unsafe` of the program is in this room,
+//! in the one module that speaks to the system by hand.
+
+mod backoff;
+mod batch;
+mod resolver;
+mod serial;
+mod stream;
+mod sys;
+mod tcp;
+mod udp;
+
+pub use backoff::Backoff;
+pub use batch::{BATCH, Inbox, send_datagrams};
+pub use resolver::{Resolved, Resolver};
+pub use serial::{SerialSettings, open_serial};
+pub use stream::Stream;
+pub use sys::interface_index;
+pub use tcp::{connect, listen, tune};
+pub use udp::{UdpSettings, join_multicast, open_udp};

@@ -1,0 +1,35 @@
+//! Serial ports: 8N1, raw, exclusive, never waiting.
+
+use std::fs::File;
+use std::io;
+use std::path::Path;
+
+use super::sys;
+
+/// How a port is set up.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct SerialSettings {
+    /// Bits a second; any rate that the hardware takes.
+    pub baud: u32,
+    /// Whether the wires RTS and CTS say when each side may send.
+    pub rtscts: bool,
+}
+
+/// Opens a serial port for this program alone.
+///
+/// # Errors
+///
+/// As `open(2)`; `ResourceBusy` if another program has it, `NotFound` if there is no such device.
+pub fn open_serial(device: &Path, settings: SerialSettings) -> io::Result<File> {
+    let flow = match settings.rtscts {
+        false => serialport::FlowControl::None,
+        true => serialport::FlowControl::Hardware,
+    };
+    let builder = serialport::new(device.to_string_lossy(), settings.baud).flow_control(flow);
+    let port = serialport::TTYPort::open(&builder).map_err(|error| match error.kind() {
+        // So the library calls a port that another program has locked.
+        serialport::ErrorKind::NoDevice => io::ErrorKind::ResourceBusy.into(),
+        _ => io::Error::from(error),
+    })?;
+    sys::into_nonblocking_file(port)
+}

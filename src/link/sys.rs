@@ -1,0 +1,242 @@
+//! System calls by hand: the only `unsafe` of the program.
+//!
+//! Each function is safe to call; what it hands to the system lives in its arguments or on its own
+//! stack for as long as the call lasts.
+#![allow(unsafe_code)]
+
+use std::ffi::CString;
+use std::fs::File;
+use std::io;
+use std::mem::{size_of, zeroed};
+use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, SocketAddrV4, SocketAddrV6};
+use std::os::fd::{AsRawFd, FromRawFd, IntoRawFd};
+
+/// How many datagrams one system call moves at most.
+pub(super) const BATCH: usize = 32;
+
+/// Where a received datagram came from, and how long it was.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Received {
+    /// Its length in bytes.
+    pub len: usize,
+    /// Its source; `None` if it is of no address family that we know.
+    pub source: Option<SocketAddr>,
+}
+
+/// Receives datagrams, one into each of `buffers`; says how many came.
+///
+/// At most [`BATCH`] of the buffers are used, and as many of `received` are written.
+///
+/// # Errors
+///
+/// As `recvmmsg(2)`; `WouldBlock` if there is no datagram.
+pub(super) fn receive_batch(
+    socket: &impl AsRawFd,
+    buffers: &mut [&mut [u8]],
+    received: &mut [Received],
+) -> io::Result<usize> {
+    let count = buffers.len().min(received.len()).min(BATCH);
+    // SAFETY: all-zero bytes are valid values of these plain C structures.
+    let mut headers: [libc::mmsghdr; BATCH] = unsafe { zeroed() };
+    // SAFETY: as above.
+    let mut names: [libc::sockaddr_storage; BATCH] = unsafe { zeroed() };
+    // SAFETY: as above.
+    let mut pieces: [libc::iovec; BATCH] = unsafe { zeroed() };
+    for at in 0..count {
+        pieces[at].iov_base = buffers[at].as_mut_ptr().cast();
+        pieces[at].iov_len = buffers[at].len();
+        let header = &mut headers[at].msg_hdr;
+        header.msg_iov = &raw mut pieces[at];
+        header.msg_iovlen = 1;
+        header.msg_name = (&raw mut names[at]).cast();
+        header.msg_namelen = size_of::<libc::sockaddr_storage>() as libc::socklen_t;
+    }
+    // SAFETY: the first `count` headers point to one piece and one name each, all of which outlive
+    // the call; each piece is a buffer that is borrowed mutably and as long as said.
+    let result = unsafe {
+        libc::recvmmsg(
+            socket.as_raw_fd(),
+            headers.as_mut_ptr(),
+            count as libc::c_uint,
+            libc::MSG_DONTWAIT as _,
+            std::ptr::null_mut(),
+        )
+    };
+    let filled = usize::try_from(result).map_err(|_| io::Error::last_os_error())?;
+    for at in 0..filled {
+        let len = headers[at].msg_len as usize;
+        received[at] = Received {
+            len,
+            source: socket_addr(&names[at]),
+        };
+    }
+    Ok(filled)
+}
+
+/// One datagram to be sent: its bytes in two pieces, and where to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Outgoing<'a> {
+    /// The bytes; the second piece may be empty.
+    pub pieces: (&'a [u8], &'a [u8]),
+    /// The destination.
+    pub destination: SocketAddr,
+}
+
+/// Sends datagrams in order, at most [`BATCH`] of them; says how many were sent.
+///
+/// # Errors
+///
+/// As `sendmmsg(2)`, of the first datagram that was not sent.
+pub(super) fn send_batch(socket: &impl AsRawFd, datagrams: &[Outgoing<'_>]) -> io::Result<usize> {
+    let count = datagrams.len().min(BATCH);
+    // SAFETY: all-zero bytes are valid values of these plain C structures.
+    let mut headers: [libc::mmsghdr; BATCH] = unsafe { zeroed() };
+    // SAFETY: as above.
+    let mut names: [libc::sockaddr_storage; BATCH] = unsafe { zeroed() };
+    // SAFETY: as above.
+    let mut pieces: [[libc::iovec; 2]; BATCH] = unsafe { zeroed() };
+    for (at, datagram) in datagrams[..count].iter().enumerate() {
+        let (first, second) = datagram.pieces;
+        for (piece, bytes) in pieces[at].iter_mut().zip([first, second]) {
+            piece.iov_base = bytes.as_ptr().cast_mut().cast();
+            piece.iov_len = bytes.len();
+        }
+        let header = &mut headers[at].msg_hdr;
+        header.msg_iov = pieces[at].as_mut_ptr();
+        header.msg_iovlen = if second.is_empty() { 1 } else { 2 };
+        header.msg_name = (&raw mut names[at]).cast();
+        header.msg_namelen = write_socket_addr(datagram.destination, &mut names[at]);
+    }
+    // SAFETY: the first `count` headers point to their pieces and names, all of which outlive the
+    // call; the system only reads what the pieces point to, as long as the borrowed slices are.
+    let result = unsafe {
+        libc::sendmmsg(
+            socket.as_raw_fd(),
+            headers.as_mut_ptr(),
+            count as libc::c_uint,
+            libc::MSG_DONTWAIT as _,
+        )
+    };
+    usize::try_from(result).map_err(|_| io::Error::last_os_error())
+}
+
+/// Makes a file of whatever owns a descriptor, and its calls return instead of waiting.
+///
+/// # Errors
+///
+/// As `fcntl(2)`.
+pub(super) fn into_nonblocking_file(owner: impl IntoRawFd) -> io::Result<File> {
+    let descriptor = owner.into_raw_fd();
+    // SAFETY: `into_raw_fd` hands over the ownership of an open descriptor.
+    let file = unsafe { File::from_raw_fd(descriptor) };
+    // SAFETY: the descriptor is open, and these commands take and give plain numbers.
+    let flags = unsafe { libc::fcntl(descriptor, libc::F_GETFL) };
+    // SAFETY: as above.
+    if flags < 0 || unsafe { libc::fcntl(descriptor, libc::F_SETFL, flags | libc::O_NONBLOCK) } < 0
+    {
+        return Err(io::Error::last_os_error());
+    }
+    Ok(file)
+}
+
+/// The number of the network interface with this name.
+///
+/// # Errors
+///
+/// As `if_nametoindex(3)`, or if the name has a zero in it.
+pub fn interface_index(name: &str) -> io::Result<u32> {
+    let name = CString::new(name)?;
+    // SAFETY: the argument is a string that ends with a zero and outlives the call.
+    match unsafe { libc::if_nametoindex(name.as_ptr()) } {
+        0 => Err(io::Error::last_os_error()),
+        index => Ok(index),
+    }
+}
+
+fn socket_addr(name: &libc::sockaddr_storage) -> Option<SocketAddr> {
+    let name: *const libc::sockaddr_storage = name;
+    // SAFETY: `sockaddr_storage` is as large as, and aligned for, every address type, all of whose
+    // bit patterns are valid; the family says which one the system wrote.
+    match i32::from(unsafe { (*name).ss_family }) {
+        libc::AF_INET => {
+            // SAFETY: as above.
+            let name = unsafe { *name.cast::<libc::sockaddr_in>() };
+            let ip = Ipv4Addr::from(u32::from_be(name.sin_addr.s_addr));
+            Some(SocketAddrV4::new(ip, u16::from_be(name.sin_port)).into())
+        }
+        libc::AF_INET6 => {
+            // SAFETY: as above.
+            let name = unsafe { *name.cast::<libc::sockaddr_in6>() };
+            let ip = Ipv6Addr::from(name.sin6_addr.s6_addr);
+            let port = u16::from_be(name.sin6_port);
+            Some(SocketAddrV6::new(ip, port, 0, name.sin6_scope_id).into())
+        }
+        _ => None,
+    }
+}
+
+/// Writes an address where the system reads it, and says how long it is.
+fn write_socket_addr(address: SocketAddr, name: &mut libc::sockaddr_storage) -> libc::socklen_t {
+    let name: *mut libc::sockaddr_storage = name;
+    match address {
+        SocketAddr::V4(v4) => {
+            // SAFETY: `sockaddr_storage` is as large as, and aligned for, this type, and all-zero
+            // bytes are a valid value of it.
+            let name = unsafe { &mut *name.cast::<libc::sockaddr_in>() };
+            name.sin_family = libc::AF_INET as libc::sa_family_t;
+            name.sin_port = v4.port().to_be();
+            name.sin_addr.s_addr = u32::from(*v4.ip()).to_be();
+            size_of::<libc::sockaddr_in>() as libc::socklen_t
+        }
+        SocketAddr::V6(v6) => {
+            // SAFETY: as above.
+            let name = unsafe { &mut *name.cast::<libc::sockaddr_in6>() };
+            name.sin6_family = libc::AF_INET6 as libc::sa_family_t;
+            name.sin6_port = v6.port().to_be();
+            name.sin6_addr.s6_addr = v6.ip().octets();
+            name.sin6_scope_id = v6.scope_id();
+            size_of::<libc::sockaddr_in6>() as libc::socklen_t
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::net::UdpSocket;
+
+    #[test]
+    fn datagrams_go_out_and_come_in_by_the_batch() {
+        for host in ["127.0.0.1:0", "[::1]:0"] {
+            let (from, to) = (
+                UdpSocket::bind(host).unwrap(),
+                UdpSocket::bind(host).unwrap(),
+            );
+            let destination = to.local_addr().unwrap();
+            let first = Outgoing {
+                pieces: (b"one", b""),
+                destination,
+            };
+            let second = Outgoing {
+                pieces: (b"t", b"wo"),
+                destination,
+            };
+            assert_eq!(send_batch(&from, &[first, second]).unwrap(), 2);
+            let (mut a, mut b, mut c) = ([0xa5; 8], [0xa5; 8], [0xa5; 8]);
+            let mut received = [Received {
+                len: 0,
+                source: None,
+            }; 3];
+            let mut buffers: [&mut [u8]; 3] = [&mut a, &mut b, &mut c];
+            assert_eq!(receive_batch(&to, &mut buffers, &mut received).unwrap(), 2);
+            assert_eq!(received[0].source, Some(from.local_addr().unwrap()));
+            assert_eq!(
+                (&a[..received[0].len], &b[..received[1].len]),
+                (&b"one"[..], &b"two"[..])
+            );
+            assert_eq!(c, [0xa5; 8]);
+            let nothing = receive_batch(&to, &mut [&mut a], &mut received);
+            assert_eq!(nothing.unwrap_err().kind(), io::ErrorKind::WouldBlock);
+        }
+    }
+}
