@@ -5,12 +5,17 @@
 //! rules: each is a fact of the protocol or a decision about it, described where it applies.
 
 mod crc;
+mod definitions;
 mod dialect;
 mod encode;
 mod frame;
 mod id;
 
 pub use crc::{Crc, implied_extra};
+pub use definitions::{
+    DefinitionError, DefinitionProblem, Definitions, MAX_MESSAGES, fuzz_definitions,
+    parse_definitions,
+};
 pub use dialect::{Definition, Dialect, Target};
 pub use encode::{FrameSpec, encode, trimmed};
 pub use frame::{Frame, FrameError, Header, MAX_FRAME, STX_V1, STX_V2, Version, frame_len_of};
