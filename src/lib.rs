@@ -4,4 +4,5 @@
 //!
 //! - [`mavlink`]: bytes to frames. Pure: no I/O, no clock, no allocation per frame.
 
+pub mod config;
 pub mod mavlink;
