@@ -178,7 +178,9 @@ fn element_type(name: &str) -> Option<(&'static str, u8)> {
         ("uint64_t", 8),
         ("double", 8),
     ];
-    TYPES.into_iter().find(|(known, _)| *known == name)
+    // The official generator takes `uint8` for `uint8_t`, and so some dialects are written.
+    let is_it = |known: &str| known == name || known.strip_suffix("_t") == Some(name);
+    TYPES.into_iter().find(|(known, _)| is_it(known))
 }
 
 #[cfg(test)]
@@ -252,13 +254,14 @@ mod tests {
     }
 
     #[test]
-    fn types_are_those_of_the_schema() {
+    fn types_are_those_of_the_official_generator() {
         for (element, size) in [("char", 1), ("uint16_t", 2), ("float", 4), ("double", 8)] {
             assert_eq!(FieldType::parse(element).unwrap().len(), size);
             let array = FieldType::parse(&format!("{element}[7]")).unwrap();
             assert_eq!(array.len(), 7 * size);
         }
-        for text in ["", "uint8", "UINT8_T", "uint8_t ", "string[4]"] {
+        assert_eq!(FieldType::parse("uint8[3]"), FieldType::parse("uint8_t[3]"));
+        for text in ["", "_t", "UINT8_T", "uint8_t ", "string[4]"] {
             assert_eq!(FieldType::parse(text), Err(TypeError::Element), "{text}");
         }
         for text in ["char[", "char[]", "char[0]", "char[256]", "char[4]x"] {
