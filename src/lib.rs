@@ -6,7 +6,9 @@
 //! - [`routing`]: which link gets which frame, and the queues in between. Pure as well; the time
 //!   is an argument.
 //! - [`link`]: the sockets and serial ports that carry the bytes; the only room with `unsafe`.
+//! - [`config`]: what the user writes.
 
+pub mod config;
 pub mod link;
 pub mod mavlink;
 pub mod routing;

@@ -6,6 +6,7 @@
 
 mod checker;
 mod crc;
+mod definitions;
 mod dialect;
 mod encode;
 mod frame;
@@ -14,6 +15,10 @@ mod splitter;
 
 pub use checker::{Checker, Evidence, Sighting, Verdict};
 pub use crc::{Crc, implied_extra};
+pub use definitions::{
+    DefinitionError, DefinitionProblem, Definitions, MAX_MESSAGES, fuzz_definitions,
+    parse_definitions,
+};
 pub use dialect::{Definition, Dialect, Target};
 pub use encode::{FrameSpec, encode, trimmed};
 pub use frame::{Frame, FrameError, Header, MAX_FRAME, STX_V1, STX_V2, Version, frame_len_of};
