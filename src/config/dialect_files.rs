@@ -295,7 +295,7 @@ mod tests {
         assert_eq!(ids, [1, 2, 1, 3, 2]);
 
         let mut dialect = Dialect::builtin();
-        dialect.add(definitions.clone());
+        dialect.add(definitions.clone()).unwrap();
         assert_eq!(dialect.by_id(MessageId(1)), Some(&definitions[0]));
         assert_eq!(dialect.by_id(MessageId(2)), Some(&definitions[1]));
         for definition in &definitions {

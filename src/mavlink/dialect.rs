@@ -43,6 +43,14 @@ pub enum Target {
     SystemComponent(u8, u8),
 }
 
+/// How many definitions a table holds at most.
+pub const MAX_DEFINITIONS: usize = 30_000;
+
+/// The table would hold more than [`MAX_DEFINITIONS`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("more than {MAX_DEFINITIONS} message definitions (load fewer files)")]
+pub struct TooManyDefinitions;
+
 /// The definitions that frames are checked against.
 #[derive(Clone, Debug)]
 pub struct Dialect {
@@ -69,21 +77,31 @@ impl Dialect {
 
     /// Adds `definitions`; one with the same (id, CRC_EXTRA) takes the place of the old one.
     ///
-    /// # Panics
+    /// Two definitions of one pair can differ in their extension fields only, and those are at the
+    /// end: the longer one reads the frames of both (rule 10), so it is kept. An old copy of a
+    /// published file thus takes no target away.
     ///
-    /// With more than 30,000 definitions in all.
-    pub fn add(&mut self, definitions: impl IntoIterator<Item = Definition>) {
-        let mut all: Vec<Definition> = definitions.into_iter().collect();
-        let is_new = |old: &Definition| !all.iter().any(|new| new.key() == old.key());
-        let kept: Vec<Definition> = self
-            .definitions
-            .iter()
-            .filter(|old| is_new(old))
-            .cloned()
-            .collect();
+    /// # Errors
+    ///
+    /// With more than [`MAX_DEFINITIONS`] in all; the table is then as it was.
+    pub fn add(
+        &mut self,
+        definitions: impl IntoIterator<Item = Definition>,
+    ) -> Result<(), TooManyDefinitions> {
+        let longer = |new: Definition| match self.by_pair(new.id, new.crc_extra) {
+            Some(old) if old.max_len > new.max_len => old.clone(),
+            _ => new,
+        };
+        let mut all: Vec<Definition> = definitions.into_iter().map(longer).collect();
+        let is_kept = |old: &&Definition| !all.iter().any(|new| new.key() == old.key());
+        let kept: Vec<Definition> = self.definitions.iter().filter(is_kept).cloned().collect();
         all.extend(kept);
+        if all.len() > MAX_DEFINITIONS {
+            return Err(TooManyDefinitions);
+        }
         self.definitions = all;
         self.index();
+        Ok(())
     }
 
     /// The definition that a frame with this id and this CRC_EXTRA was made with.
@@ -123,15 +141,11 @@ impl Dialect {
     }
 
     fn index(&mut self) {
-        assert!(
-            self.definitions.len() <= 30_000,
-            "too many message definitions"
-        );
         let slots = (self.definitions.len() * 2).next_power_of_two();
         self.by_pair = vec![FREE; slots];
         self.by_id = vec![FREE; slots];
         for (number, definition) in self.definitions.iter().enumerate() {
-            // At most 30,000, as asserted above.
+            // At most MAX_DEFINITIONS.
             let number = number as u16;
             let pair = pair_hash(definition.id, definition.crc_extra);
             insert(&mut self.by_pair, pair, number, |_| false);
@@ -232,9 +246,31 @@ mod tests {
         heartbeat.target = Target::System(0);
         let mut own = heartbeat.clone();
         own.id = MessageId(54_321);
-        dialect.add([heartbeat.clone(), own.clone()]);
+        dialect.add([heartbeat.clone(), own.clone()]).unwrap();
         assert_eq!(dialect.definitions().len(), 766);
         assert_eq!(dialect.by_pair(MessageId(0), 50), Some(&heartbeat));
         assert_eq!(dialect.by_id(MessageId(54_321)), Some(&own));
+    }
+
+    #[test]
+    fn an_older_copy_of_a_definition_takes_no_target_away() {
+        let mut dialect = Dialect::builtin();
+        let timesync = dialect.by_id(MessageId(111)).unwrap().clone();
+        let mut old = timesync.clone();
+        (old.max_len, old.target) = (old.base_len, Target::None);
+        dialect.add([old]).unwrap();
+        assert_eq!(dialect.by_pair(MessageId(111), 34), Some(&timesync));
+    }
+
+    #[test]
+    fn the_table_is_bounded() {
+        let mut dialect = Dialect::builtin();
+        let template = dialect.definitions()[0].clone();
+        let many = (0..30_000).map(|id| Definition {
+            id: MessageId(id),
+            ..template.clone()
+        });
+        assert_eq!(dialect.add(many), Err(TooManyDefinitions));
+        assert_eq!(dialect.definitions().len(), 765);
     }
 }

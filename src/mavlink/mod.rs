@@ -19,7 +19,7 @@ pub use definitions::{
     DefinitionError, DefinitionProblem, Definitions, MAX_MESSAGES, fuzz_definitions,
     parse_definitions,
 };
-pub use dialect::{Definition, Dialect, Target};
+pub use dialect::{Definition, Dialect, MAX_DEFINITIONS, Target, TooManyDefinitions};
 pub use encode::{FrameSpec, encode, trimmed};
 pub use frame::{Frame, FrameError, Header, MAX_FRAME, STX_V1, STX_V2, Version, frame_len_of};
 pub use id::{Component, MessageId};
