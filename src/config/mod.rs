@@ -1,0 +1,28 @@
+//! What the user configures: endpoints. One grammar serves the command line and the file.
+//!
+//! This layer only reads text. It opens nothing and resolves no names: whether a device is there
+//! and what a host name means is found out by those who use the endpoint.
+//!
+//! An endpoint is an address and, behind a `?`, options, as in a URL:
+//! `udpout:10.0.0.2:14550?name=gcs&bind=0.0.0.0:14551`. Each kind of address has one canonical
+//! spelling; what users know from other MAVLink programs is read as the same thing. Whatever is
+//! read here is complete and in range, so nobody has to check it again.
+
+mod address;
+mod device;
+mod endpoint;
+mod error;
+mod host_port;
+mod option_table;
+mod options;
+mod query;
+mod suggest;
+mod value;
+
+pub use address::{Address, AddressKind};
+pub use device::Device;
+pub use endpoint::{EndpointConfig, fuzz_endpoint};
+pub use error::{AddressError, AddressProblem};
+pub use host_port::{Host, HostPort};
+pub use option_table::{OPTIONS, OptionSpec};
+pub use options::EndpointOptions;
