@@ -1,6 +1,5 @@
 //! An endpoint, from its text and back: address and options together.
 
-use std::collections::BTreeSet;
 use std::fmt;
 use std::str::FromStr;
 
@@ -8,7 +7,8 @@ use super::address::Address;
 use super::device::DEFAULT_BAUD;
 use super::error::{AddressError, AddressProblem};
 use super::host_port::Host;
-use super::option_table::{OPTIONS, OptionSpec};
+use super::option_spec::OptionSpec;
+use super::option_table::{self, OPTIONS};
 use super::options::EndpointOptions;
 use super::query;
 
@@ -28,16 +28,22 @@ impl EndpointConfig {
         name.unwrap_or_else(|| self.address.to_string())
     }
 
-    /// Takes the options of `query`, each at most once.
+    /// Takes the options of `query`, each at most once and with those it needs.
     fn apply(&mut self, query: &str) -> Result<(), AddressProblem> {
-        let mut seen = BTreeSet::new();
+        let mut written: Vec<&OptionSpec> = Vec::new();
         for (name, value) in query::pairs(query) {
-            let spec = OptionSpec::find(name, self.address.kind())?;
-            if !seen.insert(spec.name) {
+            let spec = option_table::find(name, self.address.kind())?;
+            if has(&written, spec.name) {
                 return Err(AddressProblem::DuplicateOption(spec.name));
             }
+            written.push(spec);
             let value = value.ok_or(AddressProblem::NoValue(spec.name, spec.value))?;
             spec.set(self, &query::decode(spec.name, value)?)?;
+        }
+        for spec in &written {
+            if let Some(needed) = spec.needs.filter(|needed| !has(&written, needed)) {
+                return Err(AddressProblem::NeedsOption(spec.name, needed));
+            }
         }
         Ok(())
     }
@@ -51,10 +57,14 @@ impl EndpointConfig {
         }
         let host = self.address.host_port().map(|at| &at.host);
         match host.and_then(Host::without_zone) {
-            Some(ip) => Err(AddressProblem::NoZone(ip)),
-            None => Ok(self),
+            Some(ip) if self.options.dev.is_none() => Err(AddressProblem::NoZone(ip)),
+            _ => Ok(self),
         }
     }
+}
+
+fn has(written: &[&OptionSpec], name: &str) -> bool {
+    written.iter().any(|spec| spec.name == name)
 }
 
 impl FromStr for EndpointConfig {
@@ -180,6 +190,14 @@ mod tests {
         ("tcpclient://10.0.0.2:5760", "tcpout:10.0.0.2:5760"),
         // mavlink-router.
         ("/dev/ttyS1:1500000", "serial:/dev/ttyS1:1500000"),
+        (
+            "serial:/dev/ttyACM0?baudrate=115200",
+            "serial:/dev/ttyACM0:115200",
+        ),
+        (
+            "serial:///dev/ttyAMA0?baudrate=921600",
+            "serial:/dev/ttyAMA0:921600",
+        ),
         // Options.
         ("udpin:14550?", "udpin:0.0.0.0:14550"),
         (
@@ -255,6 +273,7 @@ mod tests {
         }
         for text in [
             "serial:////dev//x:1,2:300",
+            "serial:////dev/x:y:300",
             "//:50",
             "/,50",
             "/:,50",

@@ -61,7 +61,7 @@ pub enum AddressProblem {
     )]
     BadZone(String),
     /// A link-local address without its interface.
-    #[error("link-local address without interface: write it like [{0}%wlan0]")]
+    #[error("link-local address without interface: write it like [{0}%wlan0], or add dev=wlan0")]
     NoZone(Ipv6Addr),
     /// A colon and nothing behind it.
     #[error("no port after the last colon: write a number, or leave out the colon")]
@@ -110,6 +110,9 @@ pub enum AddressProblem {
     /// An option that means nothing here: option, scheme, and the schemes that take it.
     #[error("option `{0}` does not apply to {1}, only to {2}")]
     NotApplicable(&'static str, &'static str, String),
+    /// An option that means nothing without another one: the option, and the other.
+    #[error("option `{0}` needs `{1}`: add {1}, or leave out {0}")]
+    NeedsOption(&'static str, &'static str),
 }
 
 #[cfg(test)]
@@ -191,7 +194,7 @@ mod tests {
         ),
         (
             "udpout:[fe80::1]:14550",
-            "link-local address without interface: write it like [fe80::1%wlan0]",
+            "link-local address without interface: write it like [fe80::1%wlan0], or add dev=wlan0",
         ),
         (
             "udpin:0.0.0.0:",
@@ -266,8 +269,8 @@ mod tests {
             "unknown option `bnd`: did you mean `bind`?",
         ),
         (
-            "udpin:14550?colour=red",
-            "unknown option `colour`: udpin takes name",
+            "serial:auto?colour=red",
+            "unknown option `colour`: serial takes name, baudrate, flow, bandwidth, queue_time, rate, group, path, prefer and dedup",
         ),
         (
             "udpin:14550?name",
@@ -292,6 +295,34 @@ mod tests {
         (
             "tcpin:5760?bind=:1",
             "option `bind` does not apply to tcpin, only to udpout, udpbcast, mcast and tcpout",
+        ),
+        (
+            "serial:auto?pack=true",
+            "option `pack` does not apply to serial, only to udpin, udpout, udpbcast and mcast",
+        ),
+        (
+            "mcast:?ttl=256",
+            "bad value `256` for option `ttl`: expected a whole number of 0 to 255",
+        ),
+        (
+            "serial:/dev/ttyS1:57600?baudrate=115200",
+            "bad value `115200` for option `baudrate`: expected numbers of 50 to 20000000 with commas between, and none in the address",
+        ),
+        (
+            "udpin:14550?rate=ATTITUDE",
+            "bad value `ATTITUDE` for option `rate`: expected MESSAGE:HZ with commas between, each message once, 0.001 to 1000 Hz",
+        ),
+        (
+            "serial:auto?baud=57600",
+            "unknown option `baud`: did you mean `baudrate`?",
+        ),
+        (
+            "udpin:14550?pack",
+            "option `pack` has no value: write pack=true|false",
+        ),
+        (
+            "tcpin:5760?path=best",
+            "option `path` needs `group`: add group, or leave out path",
         ),
     ];
 

@@ -116,6 +116,18 @@ pub(super) fn parse(text: &str, scheme: &str) -> Result<Written, AddressProblem>
     Ok((host.transpose()?, port))
 }
 
+/// Reads a local address to send from; what is left out is any of this computer's.
+pub(super) fn parse_local(text: &str) -> Option<HostPort> {
+    if text.is_empty() {
+        return None;
+    }
+    let (host, port) = parse(text, "").ok()?;
+    Some(HostPort {
+        host: host.unwrap_or(Host::UNSPECIFIED),
+        port: port.unwrap_or(0),
+    })
+}
+
 /// Reads what follows the opening bracket.
 fn parse_bracketed(text: &str) -> Result<Written, AddressProblem> {
     let bad = || AddressProblem::BadIpv6(format!("[{text}"));

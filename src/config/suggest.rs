@@ -4,12 +4,14 @@ use strsim::normalized_damerau_levenshtein as likeness;
 
 /// The known word that `word` was probably meant to be.
 ///
-/// Near is what differs in two letters of five or less, or what has the word as a part: `baud` is
-/// near to `baudrate`.
+/// Near is what differs in two letters of five or less, or where one is a part of the other: `baud`
+/// is near to `baudrate`.
 pub(super) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let word = word.to_ascii_lowercase();
-    let is_near =
-        |known: &str| likeness(&word, known) >= 0.6 || (word.len() >= 3 && known.contains(&word));
+    let is_part = |known: &str| {
+        word.len().min(known.len()) >= 3 && (known.contains(&word) || word.contains(known))
+    };
+    let is_near = |known: &str| likeness(&word, known) >= 0.6 || is_part(known);
     known
         .filter(|known| is_near(known))
         .max_by(|a, b| likeness(&word, a).total_cmp(&likeness(&word, b)))
@@ -38,6 +40,7 @@ mod tests {
             ("nmae", Some("name")),
             ("upd", Some("udp")),
             ("baud", Some("baudrate")),
+            ("udp_bind", Some("bind")),
             ("timeout", Some("peer_timeout")),
             ("peer-timeout", Some("peer_timeout")),
             ("colour", None),
