@@ -1,0 +1,265 @@
+//! The address of an endpoint: which kind of link, and where.
+//!
+//! | canonical spelling | also read |
+//! |---|---|
+//! | `udpin:HOST:PORT` | `udp:`, `udps:`, `udpserver:` |
+//! | `udpout:HOST:PORT` | `udpc:`, `udpclient:` |
+//! | `udpbcast:ADDR:PORT` | `udpb:` |
+//! | `mcast:GROUP:PORT` | |
+//! | `tcpin:HOST:PORT` | `tcps:`, `tcpserver:` |
+//! | `tcpout:HOST:PORT` | `tcp:`, `tcpc:`, `tcpclient:` |
+//! | `serial:DEVICE:BAUD,...` | `/dev/ttyACM0`, `/dev/ttyACM0:BAUD`, `/dev/ttyACM0,BAUD` |
+//!
+//! Schemes are read in any case and may be followed by `//`. A port left out is 14550 for UDP and
+//! 5760 for TCP, a baud rate 57600. A listener without a host listens on 0.0.0.0, which is every
+//! IPv4 address; `[::]` is every address. A group left out is 239.255.145.50, as in pymavlink.
+//! Port 0 is for listeners alone: any free port.
+
+use std::fmt;
+use std::net::{IpAddr, Ipv4Addr};
+
+use super::device::{self, Device};
+use super::error::AddressProblem;
+use super::host_port::{self, Host, HostPort, Written};
+use super::suggest;
+
+const UDP_PORT: u16 = 14550;
+const TCP_PORT: u16 = 5760;
+/// The group that ArduPilot and pymavlink use.
+const GROUP: IpAddr = IpAddr::V4(Ipv4Addr::new(239, 255, 145, 50));
+
+/// Where an endpoint is.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub enum Address {
+    /// Listens on UDP and answers whoever sends.
+    UdpIn(HostPort),
+    /// Sends UDP to one place, from the start. The port is not 0.
+    UdpOut(HostPort),
+    /// Sends UDP to everybody on a network, by IPv4 broadcast. The port is not 0.
+    UdpBroadcast(HostPort),
+    /// Sends UDP to a multicast group and listens to it. The host is an address, the port not 0.
+    Multicast(HostPort),
+    /// Listens for TCP connections.
+    TcpIn(HostPort),
+    /// Makes a TCP connection. The port is not 0.
+    TcpOut(HostPort),
+    /// Opens a serial port.
+    Serial {
+        /// Which one.
+        device: Device,
+        /// The baud rates to try in turn, in bits a second, 50..=20,000,000; at least one.
+        bauds: Vec<u32>,
+    },
+}
+
+/// The kinds of address.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum AddressKind {
+    /// [`Address::UdpIn`]
+    UdpIn,
+    /// [`Address::UdpOut`]
+    UdpOut,
+    /// [`Address::UdpBroadcast`]
+    UdpBroadcast,
+    /// [`Address::Multicast`]
+    Multicast,
+    /// [`Address::TcpIn`]
+    TcpIn,
+    /// [`Address::TcpOut`]
+    TcpOut,
+    /// [`Address::Serial`]
+    Serial,
+}
+
+/// Every spelling of every scheme.
+const SCHEMES: &[(&str, AddressKind)] = &[
+    ("udpin", AddressKind::UdpIn),
+    ("udpout", AddressKind::UdpOut),
+    ("udpbcast", AddressKind::UdpBroadcast),
+    ("mcast", AddressKind::Multicast),
+    ("tcpin", AddressKind::TcpIn),
+    ("tcpout", AddressKind::TcpOut),
+    ("serial", AddressKind::Serial),
+    // pymavlink, MAVProxy
+    ("udp", AddressKind::UdpIn),
+    ("tcp", AddressKind::TcpOut),
+    // mavp2p
+    ("udps", AddressKind::UdpIn),
+    ("udpc", AddressKind::UdpOut),
+    ("udpb", AddressKind::UdpBroadcast),
+    ("tcps", AddressKind::TcpIn),
+    ("tcpc", AddressKind::TcpOut),
+    // mavlink-server
+    ("udpserver", AddressKind::UdpIn),
+    ("udpclient", AddressKind::UdpOut),
+    ("tcpserver", AddressKind::TcpIn),
+    ("tcpclient", AddressKind::TcpOut),
+];
+
+impl AddressKind {
+    /// Every kind, in the order in which they are explained.
+    pub const ALL: &[Self] = &[
+        Self::UdpIn,
+        Self::UdpOut,
+        Self::UdpBroadcast,
+        Self::Multicast,
+        Self::TcpIn,
+        Self::TcpOut,
+        Self::Serial,
+    ];
+
+    /// The canonical scheme: `udpin`.
+    pub fn scheme(self) -> &'static str {
+        match self {
+            Self::UdpIn => "udpin",
+            Self::UdpOut => "udpout",
+            Self::UdpBroadcast => "udpbcast",
+            Self::Multicast => "mcast",
+            Self::TcpIn => "tcpin",
+            Self::TcpOut => "tcpout",
+            Self::Serial => "serial",
+        }
+    }
+
+    fn from_scheme(scheme: &str) -> Option<Self> {
+        let is_it = |known: &str| known.eq_ignore_ascii_case(scheme);
+        let known = SCHEMES.iter().find(|(known, _)| is_it(known));
+        known.map(|(_, kind)| *kind)
+    }
+}
+
+impl Address {
+    /// Which kind of address this is.
+    pub fn kind(&self) -> AddressKind {
+        match self {
+            Self::UdpIn(_) => AddressKind::UdpIn,
+            Self::UdpOut(_) => AddressKind::UdpOut,
+            Self::UdpBroadcast(_) => AddressKind::UdpBroadcast,
+            Self::Multicast(_) => AddressKind::Multicast,
+            Self::TcpIn(_) => AddressKind::TcpIn,
+            Self::TcpOut(_) => AddressKind::TcpOut,
+            Self::Serial { .. } => AddressKind::Serial,
+        }
+    }
+
+    /// Host and port, unless it is a serial port.
+    pub fn host_port(&self) -> Option<&HostPort> {
+        match self {
+            Self::UdpIn(at)
+            | Self::UdpOut(at)
+            | Self::UdpBroadcast(at)
+            | Self::Multicast(at)
+            | Self::TcpIn(at)
+            | Self::TcpOut(at) => Some(at),
+            Self::Serial { .. } => None,
+        }
+    }
+
+    /// Reads what stands before the `?`. A serial port has no bauds if none are written.
+    pub(super) fn parse(text: &str) -> Result<Self, AddressProblem> {
+        if text.starts_with('/') {
+            return parse_serial(text);
+        }
+        let (scheme, rest) = text.split_once(':').unwrap_or((text, ""));
+        let rest = rest.strip_prefix("//").unwrap_or(rest);
+        let kind = AddressKind::from_scheme(scheme).ok_or_else(|| unknown_scheme(scheme, text))?;
+        match kind {
+            AddressKind::UdpIn => parse_listener(kind, rest, UDP_PORT).map(Self::UdpIn),
+            AddressKind::UdpOut => parse_sender(kind, rest, UDP_PORT).map(Self::UdpOut),
+            AddressKind::UdpBroadcast => parse_broadcast(rest).map(Self::UdpBroadcast),
+            AddressKind::Multicast => parse_multicast(rest).map(Self::Multicast),
+            AddressKind::TcpIn => parse_listener(kind, rest, TCP_PORT).map(Self::TcpIn),
+            AddressKind::TcpOut => parse_sender(kind, rest, TCP_PORT).map(Self::TcpOut),
+            AddressKind::Serial => parse_serial(rest),
+        }
+    }
+}
+
+/// The canonical text.
+impl fmt::Display for Address {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:", self.kind().scheme())?;
+        match self {
+            Self::UdpIn(at)
+            | Self::UdpOut(at)
+            | Self::UdpBroadcast(at)
+            | Self::Multicast(at)
+            | Self::TcpIn(at)
+            | Self::TcpOut(at) => at.fmt(f),
+            Self::Serial { device, bauds } => {
+                let bauds: Vec<String> = bauds.iter().map(ToString::to_string).collect();
+                write!(f, "{device}:{}", bauds.join(","))
+            }
+        }
+    }
+}
+
+fn parse_serial(text: &str) -> Result<Address, AddressProblem> {
+    let (device, bauds) = device::parse(text)?;
+    Ok(Address::Serial { device, bauds })
+}
+
+fn parse_listener(kind: AddressKind, text: &str, port: u16) -> Result<HostPort, AddressProblem> {
+    let (host, written) = parse_host_port(kind, text)?;
+    Ok(HostPort {
+        host: host.unwrap_or(Host::UNSPECIFIED),
+        port: written.unwrap_or(port),
+    })
+}
+
+fn parse_sender(kind: AddressKind, text: &str, port: u16) -> Result<HostPort, AddressProblem> {
+    let (host, written) = parse_host_port(kind, text)?;
+    let port = written.unwrap_or(port);
+    if port == 0 {
+        return Err(AddressProblem::PortZero);
+    }
+    let host = host.ok_or_else(|| AddressProblem::NoHost(kind.scheme(), port))?;
+    Ok(HostPort { host, port })
+}
+
+fn parse_broadcast(text: &str) -> Result<HostPort, AddressProblem> {
+    let at = parse_sender(AddressKind::UdpBroadcast, text, UDP_PORT)?;
+    match at.host.ip() {
+        Some(IpAddr::V6(_)) => Err(AddressProblem::Ipv6Broadcast),
+        _ => Ok(at),
+    }
+}
+
+fn parse_multicast(text: &str) -> Result<HostPort, AddressProblem> {
+    let (host, port) = parse_host_port(AddressKind::Multicast, text)?;
+    let host = host.unwrap_or(Host::Ip(GROUP));
+    if !host.ip().is_some_and(|ip| ip.is_multicast()) {
+        return Err(AddressProblem::NotMulticast(host.to_string()));
+    }
+    match port.unwrap_or(UDP_PORT) {
+        0 => Err(AddressProblem::PortZero),
+        port => Ok(HostPort { host, port }),
+    }
+}
+
+fn parse_host_port(kind: AddressKind, text: &str) -> Result<Written, AddressProblem> {
+    host_port::parse(text, &format!("{}:", kind.scheme()))
+}
+
+/// What to write instead of `scheme`, the beginning of `text`.
+fn unknown_scheme(scheme: &str, text: &str) -> AddressProblem {
+    let near = suggest::nearest(scheme, SCHEMES.iter().map(|(known, _)| *known));
+    let hint = match near {
+        Some(near) => format!("did you mean `{near}`?"),
+        None if is_host_port(text) => return AddressProblem::NoScheme(text.to_owned()),
+        None => {
+            let schemes = AddressKind::ALL.iter().map(|kind| kind.scheme());
+            format!("write {}", suggest::list(schemes, "or"))
+        }
+    };
+    AddressProblem::UnknownScheme(scheme.to_owned(), hint)
+}
+
+/// Whether `text` has no scheme at all, but is a host and a port, or one that cannot be a word.
+fn is_host_port(text: &str) -> bool {
+    match host_port::parse(text, "") {
+        Ok((Some(Host::Name(_)), port)) => port.is_some(),
+        Ok(_) => true,
+        Err(_) => text.starts_with(':'),
+    }
+}

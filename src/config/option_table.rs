@@ -1,0 +1,262 @@
+//! The table of options: everything that reads, prints or explains an option goes through it.
+
+use super::address::Address;
+use super::address::AddressKind::{
+    self, Multicast, Serial, TcpIn, TcpOut, UdpBroadcast, UdpIn, UdpOut,
+};
+use super::device;
+use super::error::AddressProblem;
+use super::host_port;
+use super::option_spec::OptionSpec;
+use super::suggest;
+use super::value::{self, QUEUE_TIME, TIMEOUT, WINDOW};
+
+const ANY: &[AddressKind] = AddressKind::ALL;
+const UDP: &[AddressKind] = &[UdpIn, UdpOut, UdpBroadcast, Multicast];
+const NETWORK: &[AddressKind] = &[UdpIn, UdpOut, UdpBroadcast, Multicast, TcpIn, TcpOut];
+const SENDERS: &[AddressKind] = &[UdpOut, UdpBroadcast, Multicast, TcpOut];
+
+/// All options, in the order in which they are printed and explained.
+pub const OPTIONS: &[OptionSpec] = &[
+    OptionSpec {
+        name: "name",
+        value: "NAME",
+        expects: "1 to 64 printable characters",
+        help: "what the endpoint is called in log and status",
+        default: None,
+        applies_to: ANY,
+        needs: None,
+        set: |to, text| put(&mut to.options.name, value::name(text).map(Some)),
+        show: |options| options.name.clone(),
+    },
+    OptionSpec {
+        name: "bind",
+        value: "HOST:PORT",
+        expects: "a local HOST:PORT, HOST or :PORT, IPv6 in brackets",
+        help: "send from this local address and port",
+        default: None,
+        applies_to: SENDERS,
+        needs: None,
+        set: |to, text| put(&mut to.options.bind, host_port::parse_local(text).map(Some)),
+        show: |options| options.bind.as_ref().map(ToString::to_string),
+    },
+    OptionSpec {
+        name: "dev",
+        value: "INTERFACE",
+        expects: "the name of a network interface, such as wlan0",
+        help: "send and receive on this network interface only",
+        default: None,
+        applies_to: NETWORK,
+        needs: None,
+        set: |to, text| put(&mut to.options.dev, value::interface(text).map(Some)),
+        show: |options| options.dev.clone(),
+    },
+    OptionSpec {
+        name: "baudrate",
+        value: "BAUD[,BAUD...]",
+        expects: "numbers of 50 to 20000000 with commas between, and none in the address",
+        help: "the same as baud rates in the address",
+        default: None,
+        applies_to: &[Serial],
+        needs: None,
+        set: |to, text| match &mut to.address {
+            Address::Serial { bauds, .. } if bauds.is_empty() => {
+                put(bauds, device::parse_bauds(text).ok())
+            }
+            _ => None,
+        },
+        // It is in the address.
+        show: |_| None,
+    },
+    OptionSpec {
+        name: "flow",
+        value: "none|rtscts",
+        expects: "none or rtscts",
+        help: "hardware flow control of a serial port",
+        default: Some("none"),
+        applies_to: &[Serial],
+        needs: None,
+        set: |to, text| put(&mut to.options.flow, value::flow(text)),
+        show: |options| Some(options.flow.to_string()),
+    },
+    OptionSpec {
+        name: "bandwidth",
+        value: "BYTES_PER_S",
+        expects: "a whole number of bytes a second, 10 to 1000000000",
+        help: "pace what is sent at this rate; serial ports are paced at their line rate",
+        default: None,
+        applies_to: ANY,
+        needs: None,
+        set: |to, text| {
+            let rate = value::number(text, 10..=1_000_000_000);
+            put(&mut to.options.bandwidth, rate.map(Some))
+        },
+        show: |options| options.bandwidth.as_ref().map(ToString::to_string),
+    },
+    OptionSpec {
+        name: "queue_time",
+        value: "TIME",
+        expects: "a time of 10ms to 60s",
+        help: "how long a frame may wait for a paced link",
+        default: Some("250ms"),
+        applies_to: ANY,
+        needs: None,
+        set: |to, text| put(&mut to.options.queue_time, value::seconds(text, QUEUE_TIME)),
+        show: |options| Some(value::show_time(options.queue_time)),
+    },
+    OptionSpec {
+        name: "rate",
+        value: "MESSAGE:HZ[,MESSAGE:HZ...]",
+        expects: "MESSAGE:HZ with commas between, each message once, 0.001 to 1000 Hz",
+        help: "send these messages, by name or number, at most so often",
+        default: None,
+        applies_to: ANY,
+        needs: None,
+        set: |to, text| put(&mut to.options.rate, value::rates(text)),
+        show: |options| value::show_rates(&options.rate),
+    },
+    OptionSpec {
+        name: "max_peers",
+        value: "N",
+        expects: "a whole number of 1 to 1000",
+        help: "how many peers may be there at the same time",
+        default: Some("64"),
+        applies_to: &[UdpIn, TcpIn],
+        needs: None,
+        set: |to, text| put(&mut to.options.max_peers, value::number(text, 1..=1000)),
+        show: |options| Some(options.max_peers.to_string()),
+    },
+    OptionSpec {
+        name: "peer_timeout",
+        value: "TIME",
+        expects: "a time of 100ms to 60m",
+        help: "forget a peer that was silent for so long",
+        default: Some("60s"),
+        applies_to: &[UdpIn],
+        needs: None,
+        set: |to, text| put(&mut to.options.peer_timeout, value::seconds(text, TIMEOUT)),
+        show: |options| Some(value::show_time(options.peer_timeout)),
+    },
+    OptionSpec {
+        name: "stall_timeout",
+        value: "TIME",
+        expects: "a time of 100ms to 60m",
+        help: "close a connection that took nothing for so long",
+        default: Some("30s"),
+        applies_to: &[TcpIn, TcpOut],
+        needs: None,
+        set: |to, text| put(&mut to.options.stall_timeout, value::seconds(text, TIMEOUT)),
+        show: |options| Some(value::show_time(options.stall_timeout)),
+    },
+    OptionSpec {
+        name: "sticky",
+        value: "true|false",
+        expects: "true or false",
+        help: "send to whoever answers alone, until it is silent",
+        default: Some("true"),
+        applies_to: &[UdpBroadcast, Multicast],
+        needs: None,
+        set: |to, text| put(&mut to.options.sticky, value::flag(text)),
+        show: |options| Some(options.sticky.to_string()),
+    },
+    OptionSpec {
+        name: "pack",
+        value: "true|false",
+        expects: "true or false",
+        help: "put frames that leave together into one datagram",
+        default: Some("false"),
+        applies_to: UDP,
+        needs: None,
+        set: |to, text| put(&mut to.options.pack, value::flag(text)),
+        show: |options| Some(options.pack.to_string()),
+    },
+    OptionSpec {
+        name: "mtu",
+        value: "BYTES",
+        expects: "a whole number of bytes, 280 to 65507",
+        help: "the longest datagram, without its headers",
+        default: Some("1400"),
+        applies_to: UDP,
+        needs: None,
+        set: |to, text| put(&mut to.options.mtu, value::number(text, 280..=65507)),
+        show: |options| Some(options.mtu.to_string()),
+    },
+    OptionSpec {
+        name: "ttl",
+        value: "N",
+        expects: "a whole number of 0 to 255",
+        help: "how far multicast goes: 0 this computer, 1 this network",
+        default: Some("1"),
+        applies_to: &[Multicast],
+        needs: None,
+        set: |to, text| put(&mut to.options.ttl, value::number(text, 0..=255)),
+        show: |options| Some(options.ttl.to_string()),
+    },
+    OptionSpec {
+        name: "group",
+        value: "NAME",
+        expects: "1 to 64 printable characters",
+        help: "endpoints of one group are one path: nothing is forwarded between them",
+        default: None,
+        applies_to: ANY,
+        needs: None,
+        set: |to, text| put(&mut to.options.group, value::name(text).map(Some)),
+        show: |options| options.group.clone(),
+    },
+    OptionSpec {
+        name: "path",
+        value: "all|best",
+        expects: "all or best",
+        help: "send over every link of the group, or over the best",
+        default: Some("all"),
+        applies_to: ANY,
+        needs: Some("group"),
+        set: |to, text| put(&mut to.options.path, value::path(text)),
+        show: |options| Some(options.path.to_string()),
+    },
+    OptionSpec {
+        name: "prefer",
+        value: "N",
+        expects: "a whole number of 0 to 255",
+        help: "the rank within the group: the highest is preferred",
+        default: Some("0"),
+        applies_to: ANY,
+        needs: Some("group"),
+        set: |to, text| put(&mut to.options.prefer, value::number(text, 0..=255)),
+        show: |options| Some(options.prefer.to_string()),
+    },
+    OptionSpec {
+        name: "dedup",
+        value: "MS",
+        expects: "a time of 1 to 1000 milliseconds",
+        help: "drop the second copy of a frame within this time",
+        default: None,
+        applies_to: ANY,
+        needs: None,
+        set: |to, text| put(&mut to.options.dedup, value::millis(text, WINDOW).map(Some)),
+        show: |options| options.dedup.map(value::show_time),
+    },
+];
+
+/// The option called `name`; for any other, one that `kind` takes is suggested.
+pub(super) fn find(name: &str, kind: AddressKind) -> Result<&'static OptionSpec, AddressProblem> {
+    if let Some(spec) = OPTIONS.iter().find(|spec| spec.name == name) {
+        return Ok(spec);
+    }
+    let taken = || OPTIONS.iter().filter(|spec| spec.is_for(kind));
+    let known = || taken().map(|spec| spec.name);
+    let hint = match suggest::nearest(name, known()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("{} takes {}", kind.scheme(), suggest::list(known(), "and")),
+    };
+    Err(AddressProblem::UnknownOption(name.to_owned(), hint))
+}
+
+/// Stores a value that could be read.
+fn put<T>(field: &mut T, value: Option<T>) -> Option<()> {
+    *field = value?;
+    Some(())
+}
+
+#[cfg(test)]
+mod tests;

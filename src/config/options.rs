@@ -1,0 +1,134 @@
+//! The options of an endpoint as values, and their defaults.
+
+use std::fmt;
+use std::time::Duration;
+
+use super::host_port::HostPort;
+
+/// The options of an endpoint; the default is what holds where nothing is written.
+///
+/// An option that has no meaning for a kind of address is never set there.
+#[derive(Clone, PartialEq, Debug)]
+pub struct EndpointOptions {
+    /// What the user calls the endpoint: 1 to 64 characters. Without it, its address is its name.
+    pub name: Option<String>,
+    /// The local address and port of a sender; port 0 is any free one. Without it, the system
+    /// chooses both.
+    pub bind: Option<HostPort>,
+    /// The network interface to send and receive on, 1 to 15 bytes. A zone in an address says the
+    /// same for that address.
+    pub dev: Option<String>,
+    /// Who says when a serial port may send.
+    pub flow: FlowControl,
+    /// The rate to pace a link at, in bytes a second, 10..=1,000,000,000. Without it, the line
+    /// rate of a serial port holds, and other links are not paced.
+    pub bandwidth: Option<u32>,
+    /// How long a frame may wait in the queue of a paced link, 10 ms to 60 s.
+    pub queue_time: Duration,
+    /// How often a message of one source may be sent here at most, in frames a second,
+    /// 0.001..=1000; each message stands here once. What is not named is not limited.
+    pub rate: Vec<(MessageRef, f32)>,
+    /// How many peers a listener takes at the same time, 1..=1000.
+    pub max_peers: u16,
+    /// How long a peer of a UDP listener may be silent before it is forgotten, 100 ms to 60 min.
+    pub peer_timeout: Duration,
+    /// How long a TCP peer may take nothing from a full queue before it is closed, 100 ms to
+    /// 60 min.
+    pub stall_timeout: Duration,
+    /// Whether broadcast and multicast turn into unicast to whoever answers.
+    pub sticky: bool,
+    /// Whether frames that leave together share datagrams.
+    pub pack: bool,
+    /// The longest datagram to send, in bytes of payload, 280..=65507.
+    pub mtu: u16,
+    /// How many routers a multicast datagram may pass, plus one; 0 stays on this computer.
+    pub ttl: u8,
+    /// The name of the path that this endpoint shares with others, 1 to 64 characters. Nothing is
+    /// forwarded within a group.
+    pub group: Option<String>,
+    /// Which endpoints of the group send.
+    pub path: PathChoice,
+    /// The rank of this endpoint in its group: with [`PathChoice::Best`], the highest is preferred.
+    pub prefer: u8,
+    /// The time within which the second copy of a frame is dropped, 1 to 1000 ms.
+    pub dedup: Option<Duration>,
+}
+
+impl Default for EndpointOptions {
+    fn default() -> Self {
+        Self {
+            name: None,
+            bind: None,
+            dev: None,
+            flow: FlowControl::None,
+            bandwidth: None,
+            queue_time: Duration::from_millis(250),
+            rate: Vec::new(),
+            max_peers: 64,
+            peer_timeout: Duration::from_secs(60),
+            stall_timeout: Duration::from_secs(30),
+            sticky: true,
+            pack: false,
+            mtu: 1400,
+            ttl: 1,
+            group: None,
+            path: PathChoice::All,
+            prefer: 0,
+            dedup: None,
+        }
+    }
+}
+
+/// Who says when a serial port may send.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum FlowControl {
+    /// Nobody.
+    None,
+    /// The wires RTS and CTS.
+    RtsCts,
+}
+
+impl fmt::Display for FlowControl {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::None => "none",
+            Self::RtsCts => "rtscts",
+        })
+    }
+}
+
+/// Which endpoints of a group send.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum PathChoice {
+    /// Every one.
+    All,
+    /// The one with the best measured quality.
+    Best,
+}
+
+impl fmt::Display for PathChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::All => "all",
+            Self::Best => "best",
+        })
+    }
+}
+
+/// A message as the user named it; which id a name has is found out where the dialect is known.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub enum MessageRef {
+    /// By name, in capitals: `RAW_IMU`.
+    Name(String),
+    /// By id, 0..=16,777,215.
+    Id(u32),
+}
+
+impl fmt::Display for MessageRef {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Name(name) => f.write_str(name),
+            Self::Id(id) => id.fmt(f),
+        }
+    }
+}
