@@ -6,9 +6,12 @@
 //! - [`routing`]: which link gets which frame, and the queues in between. Pure as well; the time
 //!   is an argument.
 //! - [`link`]: the sockets and serial ports that carry the bytes; the only room with `unsafe`.
-//! - [`config`]: what the user writes.
+//! - [`config`]: what the user writes; [`cli`]: the command line itself.
+//! - [`daemon`]: the poll loop that joins it all.
 
+pub mod cli;
 pub mod config;
+pub mod daemon;
 pub mod link;
 pub mod mavlink;
 pub mod routing;

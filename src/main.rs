@@ -1,3 +1,74 @@
 //! The program: arguments in, exit status out; all else is in the library.
 
-fn main() {}
+use std::error::Error;
+use std::io::{self, IsTerminal, Write};
+use std::path::Path;
+use std::process::ExitCode;
+
+use clap::Parser;
+use mavswitch::cli::{Cli, Command, LogArgs, LogFormat, RouteArgs};
+use mavswitch::config::{load_dialect, write_rows};
+use mavswitch::daemon::{DaemonConfig, run};
+use mavswitch::mavlink::Dialect;
+use tracing::level_filters::LevelFilter;
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    start_log(&cli.log);
+    let outcome = match cli.command {
+        Some(Command::Dialect { file }) => print_dialect(&file),
+        None => route(cli.route),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            // Nothing can be done if even that cannot be said.
+            let _ = writeln!(io::stderr(), "mavswitch: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn route(args: RouteArgs) -> Result<(), Box<dyn Error>> {
+    let mut dialect = Dialect::builtin();
+    for file in &args.dialect {
+        dialect.add(load_dialect(file)?)?;
+    }
+    let router = args.router_options();
+    tracing::info!("mavswitch {} starting", env!("CARGO_PKG_VERSION"));
+    Ok(run(DaemonConfig {
+        endpoints: args.endpoints,
+        router,
+        dialect,
+    })?)
+}
+
+fn print_dialect(file: &Path) -> Result<(), Box<dyn Error>> {
+    let definitions = load_dialect(file)?;
+    let name = file.file_stem().unwrap_or_default().to_string_lossy();
+    match write_rows(&definitions, &name, &mut io::stdout().lock()) {
+        // Whoever reads has read enough, as `head` does.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        outcome => Ok(outcome?),
+    }
+}
+
+fn start_log(args: &LogArgs) {
+    let level = match (args.verbose, args.quiet) {
+        (0, 0) => LevelFilter::INFO,
+        (1, _) => LevelFilter::DEBUG,
+        (_, 1) => LevelFilter::WARN,
+        (0, _) => LevelFilter::ERROR,
+        _ => LevelFilter::TRACE,
+    };
+    let builder = tracing_subscriber::fmt()
+        .with_max_level(level)
+        .with_target(false)
+        .with_ansi(io::stderr().is_terminal())
+        .with_writer(io::stderr);
+    match args.log_format {
+        LogFormat::Text => builder.init(),
+        LogFormat::Json => builder.json().init(),
+        LogFormat::Plain => builder.without_time().init(),
+    }
+}

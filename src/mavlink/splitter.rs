@@ -109,6 +109,13 @@ impl Splitter {
         }
     }
 
+    /// Forgets what was carried: what comes next is somebody else's.
+    pub fn forget(&mut self) {
+        self.stats.skipped_bytes += (self.carry.len() - self.lookback) as u64;
+        self.carry.clear();
+        (self.suspect, self.lookback) = (0, 0);
+    }
+
     /// Whether an unfinished candidate waits for more bytes.
     pub fn is_waiting(&self) -> bool {
         self.carry.len() > self.lookback

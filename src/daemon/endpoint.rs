@@ -1,0 +1,178 @@
+//! Endpoints as the loop sees them: what of them is open, and what happens next.
+
+use std::collections::HashMap;
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use mio::net::{TcpListener, TcpStream, UdpSocket};
+
+use crate::config::{EndpointConfig, EndpointOptions};
+use crate::link::Backoff;
+use crate::routing::{LinkId, Time};
+
+use super::log_limit::LogLimit;
+
+/// What the user configured, and what came of it.
+#[derive(Debug)]
+pub(super) struct Endpoint {
+    /// What it is called in the log.
+    pub(super) name: String,
+    pub(super) config: EndpointConfig,
+    pub(super) state: State,
+    pub(super) backoff: Backoff,
+    /// When [`super::timers::Timer::Endpoint`] has something to do.
+    pub(super) deadline: Option<Time>,
+    /// What its host means, and which of these addresses comes next.
+    pub(super) addresses: Vec<SocketAddr>,
+    pub(super) next_address: usize,
+    pub(super) log: LogLimit,
+    /// The failure that was last told, so that it is told once and not at every try.
+    pub(super) told: Option<String>,
+}
+
+/// How far an endpoint is.
+#[derive(Debug)]
+pub(super) enum State {
+    /// Nothing is open; it is tried again at the deadline.
+    Waiting,
+    /// The host name was asked for.
+    Resolving,
+    /// A TCP connection is being made; given up at the deadline.
+    Connecting(TcpStream, SocketAddr),
+    /// Waits for TCP connections, and has so many.
+    Listening(TcpListener, usize),
+    /// A UDP socket.
+    Datagrams(DatagramPort),
+    /// Its one link is up.
+    Up(LinkId),
+}
+
+/// The UDP socket of an endpoint.
+#[derive(Debug)]
+pub(super) struct DatagramPort {
+    /// Sends, and receives.
+    pub(super) socket: UdpSocket,
+    /// Receives what is sent to a multicast group.
+    pub(super) group_socket: Option<UdpSocket>,
+    /// Whether the system takes datagrams, or has not been asked.
+    pub(super) writable: bool,
+    pub(super) role: Role,
+}
+
+/// Who is at the other end of a UDP socket.
+#[derive(Debug)]
+pub(super) enum Role {
+    /// Whoever sends: each remote address is a link of its own.
+    Server(Peers),
+    /// One remote address.
+    Sender { link: LinkId, remote: SocketAddr },
+    /// Everybody on a network, by broadcast or multicast: one link for all.
+    Shared {
+        link: LinkId,
+        everybody: SocketAddr,
+        own: SocketAddr,
+        answerer: Answerer,
+    },
+}
+
+/// The peers of a UDP server.
+#[derive(Default, Debug)]
+pub(super) struct Peers {
+    pub(super) links: HashMap<SocketAddr, LinkId>,
+    /// The one that was looked up last: mostly it is the next one too.
+    last: Option<(SocketAddr, LinkId)>,
+    /// Whether [`super::timers::Timer::Peers`] is set.
+    pub(super) timer_is_set: bool,
+}
+
+impl Peers {
+    /// The link of a remote address.
+    pub(super) fn find(&mut self, address: SocketAddr) -> Option<LinkId> {
+        match self.last {
+            Some((last, link)) if last == address => Some(link),
+            _ => {
+                let link = *self.links.get(&address)?;
+                self.last = Some((address, link));
+                Some(link)
+            }
+        }
+    }
+
+    pub(super) fn insert(&mut self, address: SocketAddr, link: LinkId) {
+        self.links.insert(address, link);
+    }
+
+    pub(super) fn remove(&mut self, link: LinkId) {
+        self.links.retain(|_, other| *other != link);
+        self.last = None;
+    }
+}
+
+/// The one who answered a broadcast, and gets unicast from then on.
+#[derive(Clone, Copy, Default, Debug)]
+pub(super) struct Answerer {
+    /// Who, and when it was last heard.
+    heard: Option<(SocketAddr, Time)>,
+    /// Who sent last, of all: a torn frame is not joined with somebody else's.
+    pub(super) last_source: Option<SocketAddr>,
+}
+
+/// How long an answerer may be silent before everybody is sent to again.
+const ANSWERER_TIMEOUT: Duration = Duration::from_secs(5);
+
+impl Answerer {
+    /// A frame came from `source`. Whoever answered first stays until it falls silent.
+    pub(super) fn handle(&mut self, source: SocketAddr, now: Time) {
+        match self.current(now) {
+            Some(current) if current != source => {}
+            _ => self.heard = Some((source, now)),
+        }
+    }
+
+    fn current(&self, now: Time) -> Option<SocketAddr> {
+        let is_fresh = |heard: &(SocketAddr, Time)| now.since(heard.1) < ANSWERER_TIMEOUT;
+        self.heard.filter(is_fresh).map(|(address, _)| address)
+    }
+}
+
+impl DatagramPort {
+    /// Where what is meant for `peer` is sent now.
+    pub(super) fn destination(&self, peer: SocketAddr, now: Time) -> SocketAddr {
+        match &self.role {
+            Role::Server(_) | Role::Sender { .. } => peer,
+            Role::Shared {
+                everybody,
+                answerer,
+                ..
+            } => answerer.current(now).unwrap_or(*everybody),
+        }
+    }
+
+    /// The links of this socket.
+    pub(super) fn links(&self) -> Vec<LinkId> {
+        match &self.role {
+            Role::Server(peers) => peers.links.values().copied().collect(),
+            Role::Sender { link, .. } | Role::Shared { link, .. } => vec![*link],
+        }
+    }
+}
+
+impl Endpoint {
+    pub(super) fn new(config: EndpointConfig, now: Time) -> Self {
+        Self {
+            name: config.name(),
+            config,
+            state: State::Waiting,
+            backoff: Backoff::new(),
+            deadline: None,
+            addresses: Vec::new(),
+            next_address: 0,
+            log: LogLimit::new(now),
+            told: None,
+        }
+    }
+
+    pub(super) fn options(&self) -> &EndpointOptions {
+        &self.config.options
+    }
+}

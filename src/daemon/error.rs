@@ -1,0 +1,92 @@
+//! Why the daemon cannot start: which endpoint, what failed, and what to do about it.
+
+use std::io;
+
+use crate::config::{Address, AddressKind, Device, EndpointConfig};
+
+/// The daemon cannot start.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// An endpoint cannot be opened, and waiting would not help.
+    #[error("{endpoint}: cannot {action}: {error}{remedy}")]
+    Endpoint {
+        /// What the user calls it.
+        endpoint: String,
+        /// What was tried: `listen on 0.0.0.0:14550`.
+        action: String,
+        /// What the system said.
+        error: io::Error,
+        /// What to do about it, in parentheses, or nothing.
+        remedy: String,
+    },
+    /// The system refused what the loop needs.
+    #[error("cannot set up the event loop: {0}")]
+    System(io::Error),
+}
+
+impl StartError {
+    /// An endpoint that cannot be opened.
+    pub(super) fn endpoint(config: &EndpointConfig, action: String, error: io::Error) -> Self {
+        let remedy = remedy(config, &error);
+        Self::Endpoint {
+            endpoint: config.name(),
+            action,
+            error,
+            remedy,
+        }
+    }
+}
+
+/// Whether an endpoint that cannot be opened for this reason may yet be, if one waits: a device
+/// that is plugged in later, an interface that comes up.
+pub(super) fn may_pass(config: &EndpointConfig, error: &io::Error) -> bool {
+    use io::ErrorKind::{AddrInUse, PermissionDenied, ResourceBusy};
+    let is_serial = config.address.kind() == AddressKind::Serial;
+    match error.kind() {
+        AddrInUse | PermissionDenied | ResourceBusy => false,
+        // Not a terminal at all.
+        _ if is_serial => error.raw_os_error() != Some(libc::ENOTTY) && !is_not_a_tty(error),
+        _ => true,
+    }
+}
+
+/// The serial library keeps the text of the error only.
+fn is_not_a_tty(error: &io::Error) -> bool {
+    error.to_string().starts_with("Not a typewriter")
+}
+
+/// What to do about an error, as a parenthesis behind it.
+fn remedy(config: &EndpointConfig, error: &io::Error) -> String {
+    let is_udp = !matches!(
+        config.address.kind(),
+        AddressKind::TcpIn | AddressKind::TcpOut
+    );
+    let text = match (error.kind(), &config.address) {
+        (io::ErrorKind::PermissionDenied, Address::Serial { .. }) => {
+            "is the user in group dialout?".to_owned()
+        }
+        (io::ErrorKind::PermissionDenied, _) => {
+            "ports below 1024 are for root: choose a higher one".to_owned()
+        }
+        (
+            io::ErrorKind::ResourceBusy,
+            Address::Serial {
+                device: Device::Path(path),
+                ..
+            },
+        ) => {
+            format!(
+                "another program has it open: `fuser -v {}` tells which",
+                path.display()
+            )
+        }
+        (io::ErrorKind::AddrInUse, address) => {
+            let port = address.host_port().map_or(0, |host_port| host_port.port);
+            let flag = if is_udp { 'u' } else { 't' };
+            format!("another program is there: `ss -l{flag}np sport = :{port}` tells which")
+        }
+        _ if is_not_a_tty(error) => "it is no serial port".to_owned(),
+        _ => return String::new(),
+    };
+    format!(" ({text})")
+}

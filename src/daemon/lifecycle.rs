@@ -1,0 +1,237 @@
+//! What an endpoint does next: opened at the start, tried again when that failed, connected,
+//! opened again when its link broke.
+
+use std::io;
+use std::time::Duration;
+
+use tracing::warn;
+
+use super::endpoint::{Role, State};
+use super::error::{StartError, may_pass};
+use super::event_loop::Daemon;
+use super::open::{OpenError, socket_address};
+use super::timers::Timer;
+use crate::config::Host;
+use crate::link::{Stream, tune};
+use crate::routing::LinkId;
+
+/// How long a TCP connection may take to be made.
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
+
+impl Daemon {
+    /// Opens all endpoints. What may yet come, as a device that is not plugged in, is waited for.
+    ///
+    /// # Errors
+    ///
+    /// If one cannot be opened and waiting would not help.
+    pub(super) fn open_all(&mut self) -> Result<(), StartError> {
+        for index in 0..self.io.endpoints.len() {
+            let Err(failure) = self.open(index) else {
+                continue;
+            };
+            let config = &self.io.endpoints[index].config;
+            if !may_pass(config, &failure.error) {
+                return Err(StartError::endpoint(config, failure.action, failure.error));
+            }
+            self.try_later(index, failure);
+        }
+        Ok(())
+    }
+
+    /// Opens an endpoint, or asks for the address of its host first.
+    fn open(&mut self, index: usize) -> Result<(), OpenError> {
+        let endpoint = &mut self.io.endpoints[index];
+        let Some(host_port) = endpoint.config.address.host_port() else {
+            return self.open_serial(index);
+        };
+        if let Some(address) = endpoint.addresses.get(endpoint.next_address).copied() {
+            endpoint.next_address += 1;
+            return self.open_at(index, address);
+        }
+        let failed = |error| OpenError {
+            action: format!("use {host_port}"),
+            error,
+        };
+        match socket_address(host_port).map_err(failed)? {
+            Some(address) => self.open_at(index, address),
+            None => self.resolve(index),
+        }
+    }
+
+    fn open_at(&mut self, index: usize, address: std::net::SocketAddr) -> Result<(), OpenError> {
+        self.open_socket(index, address)?;
+        if let State::Connecting(..) = self.io.endpoints[index].state {
+            self.set_deadline(index, CONNECT_TIMEOUT);
+        }
+        Ok(())
+    }
+
+    fn resolve(&mut self, index: usize) -> Result<(), OpenError> {
+        let endpoint = &mut self.io.endpoints[index];
+        let Some(host_port) = endpoint.config.address.host_port() else {
+            return Ok(());
+        };
+        let Host::Name(name) = &host_port.host else {
+            return Ok(());
+        };
+        let action = format!("resolve {name}");
+        self.resolver
+            .ask(index, name.clone(), host_port.port)
+            .map_err(|error| OpenError { action, error })?;
+        endpoint.state = State::Resolving;
+        Ok(())
+    }
+
+    /// Takes what the resolver found out.
+    pub(super) fn handle_answers(&mut self) {
+        while let Some(answer) = self.resolver.poll() {
+            let endpoint = &mut self.io.endpoints[answer.asker];
+            endpoint.next_address = 0;
+            let addresses = answer.addresses.and_then(|addresses| {
+                let none = || io::Error::other("the name has no address");
+                if addresses.is_empty() {
+                    Err(none())
+                } else {
+                    Ok(addresses)
+                }
+            });
+            let outcome = match addresses {
+                Ok(addresses) => {
+                    endpoint.addresses = addresses;
+                    self.open(answer.asker)
+                }
+                Err(error) => {
+                    let action = format!("resolve {}", endpoint.config.address);
+                    Err(OpenError { action, error })
+                }
+            };
+            if let Err(failure) = outcome {
+                self.try_later(answer.asker, failure);
+            }
+        }
+    }
+
+    /// Does what was put off.
+    pub(super) fn handle_deadline(&mut self, index: usize) {
+        let endpoint = &mut self.io.endpoints[index];
+        if endpoint.deadline.is_none_or(|deadline| deadline > self.now) {
+            return;
+        }
+        endpoint.deadline = None;
+        match &endpoint.state {
+            State::Waiting => {
+                if let Err(failure) = self.open(index) {
+                    self.try_later(index, failure);
+                }
+            }
+            State::Connecting(_, address) => {
+                let action = format!("connect to {address}");
+                self.try_later(
+                    index,
+                    OpenError {
+                        action,
+                        error: io::ErrorKind::TimedOut.into(),
+                    },
+                );
+            }
+            State::Listening(..) => self.accept(index),
+            State::Resolving | State::Datagrams(_) | State::Up(_) => {}
+        }
+    }
+
+    /// Finds out what became of a TCP connection that is being made.
+    pub(super) fn check_connected(&mut self, index: usize) {
+        let endpoint = &mut self.io.endpoints[index];
+        let State::Connecting(stream, address) = &endpoint.state else {
+            return;
+        };
+        let address = *address;
+        let outcome = match stream.take_error() {
+            Ok(Some(error)) | Err(error) => Err(error),
+            // Not yet: an event for another reason.
+            Ok(None) if stream.peer_addr().is_err() => return,
+            Ok(None) => Ok(()),
+        };
+        let State::Connecting(mut stream, _) =
+            std::mem::replace(&mut endpoint.state, State::Waiting)
+        else {
+            return;
+        };
+        let outcome = outcome
+            .and_then(|()| self.poll.registry().deregister(&mut stream))
+            .and_then(|()| tune(&stream))
+            .and_then(|()| self.add_stream(index, address.to_string(), Stream::Tcp(stream)));
+        match outcome {
+            Ok(link) => self.set_open(index, State::Up(link)),
+            Err(error) => {
+                let action = format!("connect to {address}");
+                self.try_later(index, OpenError { action, error });
+            }
+        }
+    }
+
+    /// An endpoint is open: the next failure will be a new one.
+    pub(super) fn set_open(&mut self, index: usize, state: State) {
+        let endpoint = &mut self.io.endpoints[index];
+        endpoint.state = state;
+        endpoint.told = None;
+        endpoint.deadline = None;
+    }
+
+    /// Tells of a failure, once, and tries again later.
+    fn try_later(&mut self, index: usize, OpenError { action, error }: OpenError) {
+        let endpoint = &mut self.io.endpoints[index];
+        endpoint.state = State::Waiting;
+        let text = format!("cannot {action}: {error}");
+        if endpoint.told.as_ref() != Some(&text) {
+            if endpoint.log.permit(self.now).is_some() {
+                warn!("{}: {text}; waiting for it", endpoint.name);
+            }
+            endpoint.told = Some(text);
+        }
+        self.try_again(index);
+    }
+
+    /// Tries again after a while, or the next of several addresses at once.
+    fn try_again(&mut self, index: usize) {
+        let endpoint = &mut self.io.endpoints[index];
+        let has_more = endpoint.next_address < endpoint.addresses.len();
+        let delay = if has_more {
+            Duration::ZERO
+        } else {
+            endpoint.backoff.next_delay()
+        };
+        if !has_more {
+            endpoint.addresses.clear();
+            endpoint.next_address = 0;
+        }
+        self.set_deadline(index, delay);
+    }
+
+    pub(super) fn set_deadline(&mut self, index: usize, delay: Duration) {
+        let at = self.now + delay;
+        self.io.endpoints[index].deadline = Some(at);
+        self.timers.set(at, Timer::Endpoint(index));
+    }
+
+    /// A link of an endpoint is gone; `was_heard`: it had brought frames.
+    pub(super) fn handle_closed(&mut self, index: usize, link: LinkId, was_heard: bool) {
+        let endpoint = &mut self.io.endpoints[index];
+        match &mut endpoint.state {
+            State::Listening(_, count) => *count = count.saturating_sub(1),
+            State::Datagrams(port) => {
+                if let Role::Server(peers) = &mut port.role {
+                    peers.remove(link);
+                }
+            }
+            State::Up(up) if *up == link => {
+                endpoint.state = State::Waiting;
+                if was_heard {
+                    endpoint.backoff.reset();
+                }
+                self.try_again(index);
+            }
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! The links as the loop sees them: what they are read from and written to.
+
+use std::net::SocketAddr;
+
+use crate::link::Stream;
+use crate::mavlink::Splitter;
+use crate::routing::{LinkId, MAX_LINKS, Time};
+
+/// One live peer of an endpoint.
+#[derive(Debug)]
+pub(super) struct Link {
+    /// Whose link this is: an index in the table of endpoints.
+    pub(super) endpoint: usize,
+    /// Who is at the other end, for people.
+    pub(super) peer: String,
+    /// Cuts what it sends into frames.
+    pub(super) splitter: Splitter,
+    /// When something was last read from it; at first, when it came up.
+    pub(super) last_read: Time,
+    pub(super) output: Output,
+}
+
+/// Where a link's queue is sent.
+#[derive(Debug)]
+pub(super) enum Output {
+    /// To a stream of its own.
+    Stream(StreamOutput),
+    /// Through the socket of the endpoint, to wherever that sends for this peer.
+    Datagrams(SocketAddr),
+}
+
+#[derive(Debug)]
+pub(super) struct StreamOutput {
+    pub(super) stream: Stream,
+    /// Whether the last write was taken whole, or the system has since said that there is room.
+    pub(super) writable: bool,
+    /// Whether the other side said that it will send no more: what is left must be read to its end.
+    pub(super) read_closed: bool,
+}
+
+/// All links, by number.
+#[derive(Debug)]
+pub(super) struct LinkTable(Vec<Option<Link>>);
+
+impl LinkTable {
+    pub(super) fn new() -> Self {
+        let mut table = Vec::new();
+        table.resize_with(MAX_LINKS, || None);
+        Self(table)
+    }
+
+    pub(super) fn insert(&mut self, id: LinkId, link: Link) {
+        self.0[id.index()] = Some(link);
+    }
+
+    pub(super) fn remove(&mut self, id: LinkId) -> Option<Link> {
+        self.0[id.index()].take()
+    }
+
+    pub(super) fn get(&self, id: LinkId) -> Option<&Link> {
+        self.0[id.index()].as_ref()
+    }
+
+    pub(super) fn get_mut(&mut self, id: LinkId) -> Option<&mut Link> {
+        self.0[id.index()].as_mut()
+    }
+}

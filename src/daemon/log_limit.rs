@@ -1,0 +1,62 @@
+//! Keeps what a peer can trigger from filling the log.
+
+use std::time::Duration;
+
+use crate::routing::Time;
+
+/// Lets a burst of lines through, then one every [`LogLimit::INTERVAL`], and counts the rest.
+#[derive(Clone, Debug)]
+pub(super) struct LogLimit {
+    /// How many lines may come at once.
+    tokens: u32,
+    refilled: Time,
+    suppressed: u64,
+}
+
+impl LogLimit {
+    /// Lines that may come at once.
+    const BURST: u32 = 20;
+    /// Time for one more.
+    const INTERVAL: Duration = Duration::from_secs(6);
+
+    pub(super) fn new(now: Time) -> Self {
+        Self {
+            tokens: Self::BURST,
+            refilled: now,
+            suppressed: 0,
+        }
+    }
+
+    /// Whether a line may be written now; if so, how many were left out since the last one.
+    pub(super) fn permit(&mut self, now: Time) -> Option<u64> {
+        let elapsed = now.since(self.refilled).as_micros() / Self::INTERVAL.as_micros();
+        let new = u32::try_from(elapsed).unwrap_or(Self::BURST);
+        if new > 0 {
+            self.tokens = self.tokens.saturating_add(new).min(Self::BURST);
+            self.refilled = now;
+        }
+        if self.tokens == 0 {
+            self.suppressed += 1;
+            return None;
+        }
+        self.tokens -= 1;
+        Some(std::mem::take(&mut self.suppressed))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_burst_passes_then_one_line_each_interval_tells_what_was_left_out() {
+        let mut limit = LogLimit::new(Time::ZERO);
+        let burst = (0..100)
+            .filter(|_| limit.permit(Time::ZERO).is_some())
+            .count();
+        assert_eq!(burst, 20);
+        let later = Time::ZERO + LogLimit::INTERVAL;
+        assert_eq!(limit.permit(later), Some(80));
+        assert_eq!(limit.permit(later), None);
+    }
+}

@@ -1,0 +1,22 @@
+//! The poll loop: everything that was ready is read and routed, then every link that got
+//! something is flushed once.
+//!
+//! One thread does all of it and waits in one place only. What a turn does, in order: poll, read
+//! (a bounded amount of each link), timers, flush, close what broke, log.
+
+mod endpoint;
+mod error;
+mod event_loop;
+mod lifecycle;
+mod links;
+mod log_limit;
+mod open;
+mod peers;
+mod receive;
+mod report;
+mod signals;
+mod timers;
+mod transmit;
+
+pub use error::StartError;
+pub use event_loop::{DaemonConfig, run};

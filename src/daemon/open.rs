@@ -1,0 +1,289 @@
+//! Opens endpoints, each kind in its way, at an address that is known.
+
+use std::io;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
+
+use mio::Interest;
+use tracing::info;
+
+use super::endpoint::{Answerer, DatagramPort, Endpoint, Peers, Role, State};
+use super::event_loop::{Daemon, Meaning};
+use super::links::Output;
+use crate::config::{Address, Device, FlowControl, Host, HostPort};
+use crate::link::{
+    SerialSettings, Stream, UdpSettings, connect, interface_index, join_multicast, listen,
+    open_serial, open_udp,
+};
+
+/// What could not be done, and why.
+#[derive(Debug)]
+pub(super) struct OpenError {
+    /// What was tried: `listen on 0.0.0.0:14550`.
+    pub(super) action: String,
+    pub(super) error: io::Error,
+}
+
+/// Says what was tried when it fails.
+fn doing<T>(action: impl FnOnce() -> String, result: io::Result<T>) -> Result<T, OpenError> {
+    result.map_err(|error| OpenError {
+        action: action(),
+        error,
+    })
+}
+
+impl Daemon {
+    /// Opens a serial port.
+    pub(super) fn open_serial(&mut self, index: usize) -> Result<(), OpenError> {
+        let endpoint = &self.io.endpoints[index];
+        let Address::Serial {
+            device: Device::Path(path),
+            bauds,
+        } = &endpoint.config.address
+        else {
+            return Ok(());
+        };
+        let Some(baud) = bauds.first().copied() else {
+            return Ok(());
+        };
+        let settings = SerialSettings {
+            baud,
+            rtscts: endpoint.options().flow == FlowControl::RtsCts,
+        };
+        let path = path.clone();
+        let action = || format!("open {}", path.display());
+        let file = doing(action, open_serial(&path, settings))?;
+        info!("{}: open at {baud} baud", endpoint.name);
+        let peer = path.display().to_string();
+        let link = doing(action, self.add_stream(index, peer, Stream::Serial(file)))?;
+        self.set_open(index, State::Up(link));
+        Ok(())
+    }
+
+    /// Opens whatever listens, sends or connects at `address`.
+    pub(super) fn open_socket(
+        &mut self,
+        index: usize,
+        address: SocketAddr,
+    ) -> Result<(), OpenError> {
+        match self.io.endpoints[index].config.address {
+            Address::UdpIn(_) => self.open_udp_server(index, address),
+            Address::UdpOut(_) => self.open_udp_sender(index, address),
+            Address::UdpBroadcast(_) | Address::Multicast(_) => {
+                self.open_udp_shared(index, address)
+            }
+            Address::TcpIn(_) => self.open_tcp_server(index, address),
+            Address::TcpOut(_) => self.open_tcp_client(index, address),
+            Address::Serial { .. } => Ok(()),
+        }
+    }
+
+    fn open_tcp_server(&mut self, index: usize, address: SocketAddr) -> Result<(), OpenError> {
+        let action = || format!("listen on {address}");
+        let endpoint = &self.io.endpoints[index];
+        let mut listener = doing(action, listen(address, endpoint.options().dev.as_deref()))?;
+        let token = Meaning::Endpoint(index).token();
+        doing(
+            action,
+            self.registry()
+                .register(&mut listener, token, Interest::READABLE),
+        )?;
+        let local = doing(action, listener.local_addr())?;
+        info!("{}: listening on {local}", endpoint.name);
+        self.set_open(index, State::Listening(listener, 0));
+        Ok(())
+    }
+
+    fn open_tcp_client(&mut self, index: usize, address: SocketAddr) -> Result<(), OpenError> {
+        let action = || format!("connect to {address}");
+        let options = self.io.endpoints[index].options();
+        let bind = doing(action, bind_address(options.bind.as_ref(), address))?;
+        let bind = options.bind.as_ref().map(|_| bind);
+        let mut stream = doing(action, connect(address, bind, options.dev.as_deref()))?;
+        let token = Meaning::Endpoint(index).token();
+        let interest = Interest::READABLE | Interest::WRITABLE;
+        doing(
+            action,
+            self.registry().register(&mut stream, token, interest),
+        )?;
+        self.io.endpoints[index].state = State::Connecting(stream, address);
+        Ok(())
+    }
+
+    fn open_udp_server(&mut self, index: usize, address: SocketAddr) -> Result<(), OpenError> {
+        let action = || format!("listen on {address}");
+        let endpoint = &self.io.endpoints[index];
+        let settings = UdpSettings {
+            device: endpoint.options().dev.as_deref(),
+            ..Default::default()
+        };
+        let socket = doing(action, open_udp(address, settings))?;
+        let local = doing(action, socket.local_addr())?;
+        info!("{}: listening on {local}", endpoint.name);
+        let port = DatagramPort {
+            socket,
+            group_socket: None,
+            writable: true,
+            role: Role::Server(Peers::default()),
+        };
+        self.watch_datagrams(index, port, action)
+    }
+
+    fn open_udp_sender(&mut self, index: usize, remote: SocketAddr) -> Result<(), OpenError> {
+        let action = || format!("send to {remote}");
+        let options = self.io.endpoints[index].options();
+        let local = doing(action, bind_address(options.bind.as_ref(), remote))?;
+        let settings = UdpSettings {
+            device: options.dev.as_deref(),
+            ..UdpSettings::default()
+        };
+        let socket = doing(|| format!("send from {local}"), open_udp(local, settings))?;
+        let local = doing(action, socket.local_addr())?;
+        let link = self.add_sender_link(index, remote, local)?;
+        let role = Role::Sender { link, remote };
+        let port = DatagramPort {
+            socket,
+            group_socket: None,
+            writable: true,
+            role,
+        };
+        self.watch_datagrams(index, port, action)
+    }
+
+    fn open_udp_shared(&mut self, index: usize, everybody: SocketAddr) -> Result<(), OpenError> {
+        let action = || format!("send to {everybody}");
+        let endpoint = &self.io.endpoints[index];
+        let options = endpoint.options();
+        let is_multicast = everybody.ip().is_multicast();
+        let local = doing(action, bind_address(options.bind.as_ref(), everybody))?;
+        let settings = UdpSettings {
+            device: options.dev.as_deref(),
+            broadcast: !is_multicast,
+            shared: false,
+            multicast_ttl: is_multicast.then_some(options.ttl),
+        };
+        let socket = doing(|| format!("send from {local}"), open_udp(local, settings))?;
+        let local = doing(action, socket.local_addr())?;
+        let (group_socket, own) = if is_multicast {
+            let group = doing(
+                || format!("join {everybody}"),
+                open_group(endpoint, everybody),
+            )?;
+            (Some(group), doing(action, own_address(everybody, local))?)
+        } else {
+            (None, local)
+        };
+        let link = self.add_sender_link(index, everybody, local)?;
+        let role = Role::Shared {
+            link,
+            everybody,
+            own,
+            answerer: Answerer::default(),
+        };
+        let port = DatagramPort {
+            socket,
+            group_socket,
+            writable: true,
+            role,
+        };
+        self.watch_datagrams(index, port, action)
+    }
+
+    /// Makes the one link of a UDP endpoint that sends from the start.
+    fn add_sender_link(
+        &mut self,
+        index: usize,
+        remote: SocketAddr,
+        local: SocketAddr,
+    ) -> Result<crate::routing::LinkId, OpenError> {
+        info!(
+            "{}: sending to {remote} from {local}",
+            self.io.endpoints[index].name
+        );
+        let link = self.add_link(index, remote.to_string(), Output::Datagrams(remote));
+        let link = link.ok_or_else(|| io::Error::other("too many links"));
+        doing(|| format!("send to {remote}"), link)
+    }
+
+    fn watch_datagrams(
+        &mut self,
+        index: usize,
+        mut port: DatagramPort,
+        action: impl Fn() -> String,
+    ) -> Result<(), OpenError> {
+        let token = Meaning::Endpoint(index).token();
+        let interest = Interest::READABLE | Interest::WRITABLE;
+        doing(
+            &action,
+            self.registry().register(&mut port.socket, token, interest),
+        )?;
+        if let Some(socket) = &mut port.group_socket {
+            doing(
+                &action,
+                self.registry().register(socket, token, Interest::READABLE),
+            )?;
+        }
+        self.set_open(index, State::Datagrams(port));
+        Ok(())
+    }
+}
+
+/// The socket that hears a multicast group.
+fn open_group(endpoint: &Endpoint, group: SocketAddr) -> io::Result<mio::net::UdpSocket> {
+    let device = endpoint.options().dev.as_deref();
+    let settings = UdpSettings {
+        device,
+        shared: true,
+        ..UdpSettings::default()
+    };
+    let socket = open_udp(group, settings)?;
+    let interface = match (device, group) {
+        (Some(device), _) => interface_index(device)?,
+        (None, SocketAddr::V6(v6)) => v6.scope_id(),
+        (None, SocketAddr::V4(_)) => 0,
+    };
+    join_multicast(&socket, group.ip(), interface)?;
+    Ok(socket)
+}
+
+/// Where our own multicast datagrams come from, to know them when they come back.
+fn own_address(group: SocketAddr, local: SocketAddr) -> io::Result<SocketAddr> {
+    if !local.ip().is_unspecified() {
+        return Ok(local);
+    }
+    // Connecting a datagram socket sends nothing; it asks the system for the route.
+    let probe = UdpSocket::bind(SocketAddr::new(local.ip(), 0))?;
+    probe.connect(group)?;
+    Ok(SocketAddr::new(probe.local_addr()?.ip(), local.port()))
+}
+
+/// The local address to send to `remote` from: what the user says, or any of the same family.
+fn bind_address(bind: Option<&HostPort>, remote: SocketAddr) -> io::Result<SocketAddr> {
+    let any: IpAddr = match remote {
+        SocketAddr::V4(_) => Ipv4Addr::UNSPECIFIED.into(),
+        SocketAddr::V6(_) => Ipv6Addr::UNSPECIFIED.into(),
+    };
+    let Some(bind) = bind else {
+        return Ok(SocketAddr::new(any, 0));
+    };
+    match socket_address(bind)? {
+        Some(address) if !address.ip().is_unspecified() => Ok(address),
+        Some(address) => Ok(SocketAddr::new(any, address.port())),
+        None => Err(io::Error::other("bind takes an IP address, not a name")),
+    }
+}
+
+/// The address, unless the host is a name.
+///
+/// # Errors
+///
+/// If there is no network interface of the name that the address gives.
+pub(super) fn socket_address(host_port: &HostPort) -> io::Result<Option<SocketAddr>> {
+    Ok(match &host_port.host {
+        Host::Ip(ip) => Some(SocketAddr::new(*ip, host_port.port)),
+        Host::Zoned(ip, zone) => {
+            let index = zone.parse().or_else(|_| interface_index(zone))?;
+            Some(std::net::SocketAddrV6::new(*ip, host_port.port, 0, index).into())
+        }
+        Host::Name(_) => None,
+    })
+}

@@ -1,0 +1,313 @@
+//! Links come and go: admitted, accepted, expired, closed.
+
+use std::io;
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use mio::Interest;
+use mio::event::Source;
+use mio::net::TcpStream;
+use tracing::{info, warn};
+
+use super::endpoint::{Peers, Role, State};
+use super::event_loop::{Daemon, Meaning, Ready};
+use super::links::{Link, Output, StreamOutput};
+use super::timers::Timer;
+use crate::link::{Stream, tune};
+use crate::mavlink::Splitter;
+use crate::routing::{LinkId, LinkOptions, QueueLimits};
+
+/// What became of a stranger.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Admission {
+    /// It has sent no verified frame yet.
+    Unproven,
+    /// It has a link now.
+    Peer(LinkId),
+    /// There is no room for it.
+    Refused,
+}
+
+/// How much may wait for a link that is not paced, in bytes.
+const QUEUE: usize = 32 * 1_024;
+
+/// A peer that is silent for so long may make room for a new one.
+const REPLACEABLE_AFTER: Duration = Duration::from_secs(10);
+
+/// How many connections are accepted in one turn.
+const ACCEPTS: usize = 64;
+
+/// When accepting is tried again after the system had no descriptors left.
+const ACCEPT_AGAIN: Duration = Duration::from_millis(500);
+
+impl Daemon {
+    /// Makes a link and tells of it; `None` if there are too many.
+    pub(super) fn add_link(
+        &mut self,
+        endpoint: usize,
+        peer: String,
+        output: Output,
+    ) -> Option<LinkId> {
+        let queue = QueueLimits::with_total(QUEUE);
+        let options = LinkOptions {
+            queue,
+            forward_setup_signing: false,
+        };
+        let id = self.router.add_link(options)?;
+        self.say_up(endpoint, id, &peer);
+        let splitter = Splitter::new();
+        let link = Link {
+            endpoint,
+            peer,
+            splitter,
+            last_read: self.now,
+            output,
+        };
+        self.io.links.insert(id, link);
+        Some(id)
+    }
+
+    fn say_up(&mut self, endpoint: usize, id: LinkId, peer: &str) {
+        let endpoint = &mut self.io.endpoints[endpoint];
+        if let Some(left_out) = endpoint.log.permit(self.now) {
+            info!(
+                "{}: link {id} up: {peer}{}",
+                endpoint.name,
+                LeftOut(left_out)
+            );
+        }
+    }
+
+    /// Makes a link of a stream that is open.
+    ///
+    /// # Errors
+    ///
+    /// If the system refuses to watch it, or if there are too many links.
+    pub(super) fn add_stream(
+        &mut self,
+        endpoint: usize,
+        peer: String,
+        stream: Stream,
+    ) -> io::Result<LinkId> {
+        let output = StreamOutput {
+            stream,
+            writable: true,
+            read_closed: false,
+        };
+        let id = self.add_link(endpoint, peer, Output::Stream(output));
+        let id = id.ok_or_else(|| io::Error::other("too many links"))?;
+        if let Some(Link {
+            output: Output::Stream(output),
+            ..
+        }) = self.io.links.get_mut(id)
+        {
+            let interest = Interest::READABLE | Interest::WRITABLE;
+            let token = Meaning::Link(id).token();
+            output
+                .stream
+                .register(self.poll.registry(), token, interest)?;
+        }
+        Ok(id)
+    }
+
+    /// Makes a peer of somebody who sent a verified frame to a UDP server.
+    pub(super) fn admit_peer(&mut self, index: usize, source: SocketAddr) -> Admission {
+        if !self.has_room_for_peer(index) {
+            self.say_refused(index, source);
+            return Admission::Refused;
+        }
+        let output = Output::Datagrams(source);
+        let Some(link) = self.add_link(index, source.to_string(), output) else {
+            self.say_refused(index, source);
+            return Admission::Refused;
+        };
+        let endpoint = &mut self.io.endpoints[index];
+        let timeout = endpoint.options().peer_timeout;
+        if let State::Datagrams(port) = &mut endpoint.state
+            && let Role::Server(peers) = &mut port.role
+        {
+            peers.insert(source, link);
+            if !std::mem::replace(&mut peers.timer_is_set, true) {
+                self.timers.set(self.now + timeout, Timer::Peers(index));
+            }
+        }
+        Admission::Peer(link)
+    }
+
+    /// Whether a UDP server takes one more, if need be in place of one that has fallen silent.
+    fn has_room_for_peer(&mut self, index: usize) -> bool {
+        let endpoint = &self.io.endpoints[index];
+        let max_peers = usize::from(endpoint.options().max_peers);
+        let State::Datagrams(port) = &endpoint.state else {
+            return false;
+        };
+        let Role::Server(peers) = &port.role else {
+            return false;
+        };
+        if peers.links.len() < max_peers {
+            return true;
+        }
+        let Some((silent_for, oldest)) = self.most_silent(peers) else {
+            return false;
+        };
+        if silent_for >= REPLACEABLE_AFTER {
+            self.close_link(oldest, "silent, and another one needs its place");
+            return true;
+        }
+        false
+    }
+
+    fn most_silent(&self, peers: &Peers) -> Option<(Duration, LinkId)> {
+        let silence = |id: &LinkId| {
+            let link = self.io.links.get(*id)?;
+            Some((self.now.since(link.last_read), *id))
+        };
+        peers.links.values().filter_map(silence).max()
+    }
+
+    fn say_refused(&mut self, index: usize, peer: impl std::fmt::Display) {
+        let endpoint = &mut self.io.endpoints[index];
+        if let Some(left_out) = endpoint.log.permit(self.now) {
+            let max = endpoint.options().max_peers;
+            warn!(
+                "{}: {peer} refused: there are {max} peers already (raise max_peers){}",
+                endpoint.name,
+                LeftOut(left_out)
+            );
+        }
+    }
+
+    /// Closes the peers of a UDP server that were silent for too long.
+    pub(super) fn expire_peers(&mut self, index: usize) {
+        let endpoint = &self.io.endpoints[index];
+        let timeout = endpoint.options().peer_timeout;
+        let State::Datagrams(port) = &endpoint.state else {
+            return;
+        };
+        let last_read = |id: &LinkId| Some((*id, self.io.links.get(*id)?.last_read));
+        let (expired, alive): (Vec<_>, Vec<_>) = port
+            .links()
+            .iter()
+            .filter_map(last_read)
+            .partition(|(_, last_read)| self.now.since(*last_read) >= timeout);
+        let next = alive.iter().map(|(_, last_read)| *last_read).min();
+        for (link, _) in expired {
+            self.close_link(link, &format!("silent for {} s", timeout.as_secs_f32()));
+        }
+        if let State::Datagrams(port) = &mut self.io.endpoints[index].state
+            && let Role::Server(peers) = &mut port.role
+        {
+            peers.timer_is_set = next.is_some();
+        }
+        if let Some(next) = next {
+            self.timers.set(next + timeout, Timer::Peers(index));
+        }
+    }
+
+    /// Takes the connections that wait at a TCP server.
+    pub(super) fn accept(&mut self, index: usize) {
+        for _ in 0..ACCEPTS {
+            let State::Listening(listener, _) = &self.io.endpoints[index].state else {
+                return;
+            };
+            match listener.accept() {
+                Ok((stream, peer)) => self.handle_connection(index, stream, peer),
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
+                Err(error) if is_of_connection(&error) => {}
+                Err(error) => return self.accept_later(index, &error),
+            }
+        }
+        self.ready.push(Ready::Endpoint(index));
+    }
+
+    fn handle_connection(&mut self, index: usize, stream: TcpStream, peer: SocketAddr) {
+        let max_peers = usize::from(self.io.endpoints[index].options().max_peers);
+        let State::Listening(_, count) = &self.io.endpoints[index].state else {
+            return;
+        };
+        if *count >= max_peers {
+            // Dropped, and so closed.
+            return self.say_refused(index, peer);
+        }
+        let added = tune(&stream)
+            .and_then(|()| self.add_stream(index, peer.to_string(), Stream::Tcp(stream)));
+        match added {
+            Ok(_) => {
+                if let State::Listening(_, count) = &mut self.io.endpoints[index].state {
+                    *count += 1;
+                }
+            }
+            Err(error) => self.say(index, &format!("{peer} refused: {error}")),
+        }
+    }
+
+    /// No descriptors, no memory: connections wait until there are some again.
+    fn accept_later(&mut self, index: usize, error: &io::Error) {
+        self.say(
+            index,
+            &format!("cannot accept a connection: {error}; trying again"),
+        );
+        self.set_deadline(index, ACCEPT_AGAIN);
+    }
+
+    /// Marks a link as broken; it is closed at the end of the turn.
+    pub(super) fn close_later(&mut self, id: LinkId, reason: &str) {
+        self.io.closing.push((id, reason.to_owned()));
+    }
+
+    /// Closes what broke in this turn.
+    pub(super) fn close_broken(&mut self) {
+        while let Some((link, reason)) = self.io.closing.pop() {
+            self.close_link(link, &reason);
+        }
+    }
+
+    /// Closes a link, tells of it, and sees to it that its endpoint goes on.
+    pub(super) fn close_link(&mut self, id: LinkId, reason: &str) {
+        let Some(mut link) = self.io.links.remove(id) else {
+            return;
+        };
+        self.report_link(id, &link);
+        let heard = self
+            .router
+            .counters(id)
+            .is_some_and(|counters| counters.frames_in > 0);
+        self.router.remove_link(id);
+        self.unfinished.remove(id);
+        self.ready.retain(|ready| *ready != Ready::Link(id));
+        if let Output::Stream(output) = &mut link.output {
+            // Closing it would do; this keeps the system from telling of it once more.
+            let _ = output.stream.deregister(self.poll.registry());
+        }
+        let endpoint = &mut self.io.endpoints[link.endpoint];
+        if let Some(left_out) = endpoint.log.permit(self.now) {
+            info!(
+                "{}: link {id} down: {reason}{}",
+                endpoint.name,
+                LeftOut(left_out)
+            );
+        }
+        self.handle_closed(link.endpoint, id, heard);
+    }
+}
+
+/// Whether accepting failed for a reason of that one connection.
+fn is_of_connection(error: &io::Error) -> bool {
+    use io::ErrorKind::{ConnectionAborted, ConnectionReset, Interrupted};
+    matches!(
+        error.kind(),
+        ConnectionAborted | ConnectionReset | Interrupted
+    )
+}
+
+/// How many lines were left out before this one, if any.
+pub(super) struct LeftOut(pub(super) u64);
+
+impl std::fmt::Display for LeftOut {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.0 {
+            0 => Ok(()),
+            count => write!(f, " (and {count} lines left out before this one)"),
+        }
+    }
+}

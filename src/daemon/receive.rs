@@ -1,0 +1,232 @@
+//! From what is readable to the router: streams and datagrams, a bounded amount a turn.
+
+use std::io;
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use super::endpoint::{Role, State};
+use super::event_loop::{Daemon, Ready};
+use super::links::Output;
+use super::peers::Admission;
+use super::timers::Timer;
+use crate::link::{BATCH, Stream};
+use crate::mavlink::{Input, Splitter};
+use crate::routing::LinkId;
+
+/// How many reads a stream gets in one turn, of up to 64 KiB each; a socket as many batches.
+const READS: usize = 4;
+
+/// How long a link may stop in the middle of a frame before complete frames are looked for behind
+/// the start of it (rule 18).
+const PAUSE: Duration = Duration::from_millis(50);
+
+impl Daemon {
+    /// Goes on where the last turn left off.
+    pub(super) fn receive_more(&mut self, source: Ready) {
+        match source {
+            Ready::Link(link) => self.receive_stream(link),
+            Ready::Endpoint(index) => match self.io.endpoints[index].state {
+                State::Listening(..) => self.accept(index),
+                State::Datagrams(_) => self.receive_datagrams(index),
+                _ => {}
+            },
+        }
+    }
+
+    /// Reads a stream and routes what it says.
+    pub(super) fn receive_stream(&mut self, id: LinkId) {
+        for _ in 0..READS {
+            let Some(link) = self.io.links.get_mut(id) else {
+                return;
+            };
+            let Output::Stream(output) = &mut link.output else {
+                return;
+            };
+            let buffer = self.inbox.stream_buffer();
+            match output.stream.read(buffer) {
+                Ok(0) => return self.close_later(id, "closed by the other side"),
+                Ok(received) => {
+                    // TCP says by a short read that there is no more, unless its end is near. A
+                    // serial driver hands out what it has, and may have more.
+                    let is_tcp = matches!(output.stream, Stream::Tcp(_));
+                    let drained = received < buffer.len() && is_tcp && !output.read_closed;
+                    self.route(id, 0, received, Input::Flowing);
+                    if drained {
+                        return;
+                    }
+                }
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
+                Err(error) => return self.close_later(id, &error.to_string()),
+            }
+        }
+        self.ready.push(Ready::Link(id));
+    }
+
+    /// Reads a UDP socket and routes what it says.
+    pub(super) fn receive_datagrams(&mut self, index: usize) {
+        let mut drained = self.receive_batches(index, false);
+        drained &= self.receive_batches(index, true);
+        if !drained {
+            self.ready.push(Ready::Endpoint(index));
+        }
+    }
+
+    /// Reads one of the two sockets that an endpoint may have; says whether it is empty now.
+    fn receive_batches(&mut self, index: usize, group: bool) -> bool {
+        for _ in 0..READS {
+            let State::Datagrams(port) = &self.io.endpoints[index].state else {
+                return true;
+            };
+            let result = match (group, &port.group_socket) {
+                (false, _) => self.inbox.receive(&port.socket),
+                (true, Some(socket)) => self.inbox.receive(socket),
+                (true, None) => return true,
+            };
+            match result {
+                Ok(count) => {
+                    (0..count).for_each(|slot| self.handle_datagram(index, slot));
+                    if count < BATCH {
+                        return true;
+                    }
+                }
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return true,
+                // An ICMP message that an earlier datagram brought about, or a signal: the next
+                // call finds the next datagram.
+                Err(_) => {}
+            }
+        }
+        false
+    }
+
+    fn handle_datagram(&mut self, index: usize, slot: usize) {
+        let (len, Some(source)) = self.inbox.received(slot) else {
+            return;
+        };
+        let State::Datagrams(port) = &mut self.io.endpoints[index].state else {
+            return;
+        };
+        match &mut port.role {
+            Role::Server(peers) => match peers.find(source) {
+                Some(link) => {
+                    self.route(link, slot, len, Input::Paused);
+                }
+                None => self.handle_stranger(index, slot, len, source),
+            },
+            // Its port may change, as when the program at the other end starts again.
+            Role::Sender { link, remote } if remote.ip() == source.ip() => {
+                let link = *link;
+                self.route(link, slot, len, Input::Paused);
+            }
+            Role::Shared {
+                link,
+                own,
+                answerer,
+                ..
+            } if source != *own => {
+                let is_other = answerer.last_source.replace(source) != Some(source);
+                let link = *link;
+                self.handle_shared(index, link, slot, source, is_other);
+            }
+            Role::Sender { .. } | Role::Shared { .. } => {}
+        }
+    }
+
+    /// A datagram of one of many who share a link.
+    fn handle_shared(
+        &mut self,
+        index: usize,
+        link: LinkId,
+        slot: usize,
+        source: SocketAddr,
+        is_other: bool,
+    ) {
+        if is_other && let Some(link) = self.io.links.get_mut(link) {
+            link.splitter.forget();
+        }
+        let (len, _) = self.inbox.received(slot);
+        let verified = self.route(link, slot, len, Input::Paused);
+        let (now, endpoint) = (self.now, &mut self.io.endpoints[index]);
+        let sticky = endpoint.options().sticky;
+        if let State::Datagrams(port) = &mut endpoint.state
+            && let Role::Shared { answerer, .. } = &mut port.role
+            && verified
+            && sticky
+        {
+            answerer.handle(source, now);
+        }
+    }
+
+    /// A datagram of somebody new: a verified frame makes it a peer.
+    fn handle_stranger(&mut self, index: usize, slot: usize, len: usize, source: SocketAddr) {
+        // Out of the inbox, so that a link can be made while the frames are being looked at.
+        let mut bytes = std::mem::take(&mut self.stranger);
+        bytes.clear();
+        bytes.extend_from_slice(&self.inbox.slot(slot)[..Splitter::CARRY + len]);
+        let mut splitter = Splitter::new();
+        let mut admission = Admission::Unproven;
+        let mut cutter = splitter.cut(&mut bytes, len, Input::Paused);
+        while let Some(frame) = cutter.next(&mut self.checker) {
+            if frame.verified && matches!(admission, Admission::Unproven) {
+                admission = self.admit_peer(index, source);
+            }
+            if let Admission::Peer(link) = admission {
+                self.router.handle(link, &frame, self.now);
+            }
+        }
+        self.stranger = bytes;
+        if let Admission::Peer(link) = admission
+            && let Some(link) = self.io.links.get_mut(link)
+        {
+            link.splitter = splitter;
+        }
+    }
+
+    /// Cuts what stands in a slot into frames and routes them; says whether any was verified.
+    pub(super) fn route(&mut self, id: LinkId, slot: usize, received: usize, input: Input) -> bool {
+        let Some(link) = self.io.links.get_mut(id) else {
+            return false;
+        };
+        link.last_read = self.now;
+        let mut splitter = std::mem::take(&mut link.splitter);
+        let mut verified = false;
+        let mut cutter = splitter.cut(self.inbox.slot(slot), received, input);
+        while let Some(frame) = cutter.next(&mut self.checker) {
+            verified |= frame.verified;
+            self.router.handle(id, &frame, self.now);
+            if self.router.has_filling() {
+                self.io.flush_filling(&mut self.router, self.now);
+            }
+        }
+        let is_waiting = splitter.is_waiting();
+        if let Some(link) = self.io.links.get_mut(id) {
+            link.splitter = splitter;
+        }
+        if is_waiting && input == Input::Flowing {
+            self.watch_unfinished(id);
+        }
+        verified
+    }
+
+    fn watch_unfinished(&mut self, id: LinkId) {
+        if self.unfinished.is_empty() {
+            self.timers.set(self.now + PAUSE, Timer::Pause);
+        }
+        self.unfinished.insert(id);
+    }
+
+    /// Rule 18: looks behind the unfinished frames of links that have paused.
+    pub(super) fn handle_pause(&mut self) {
+        let unfinished = std::mem::take(&mut self.unfinished);
+        for id in unfinished.iter() {
+            let Some(link) = self.io.links.get(id) else {
+                continue;
+            };
+            if self.now.since(link.last_read) >= PAUSE {
+                self.route(id, 0, 0, Input::Paused);
+            } else if link.splitter.is_waiting() {
+                self.watch_unfinished(id);
+            }
+        }
+    }
+}
