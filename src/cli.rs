@@ -15,8 +15,7 @@ use crate::routing::{Learn, RouterOptions};
 /// be configured about dialects or versions.
 #[derive(Parser, Debug)]
 #[command(name = "mavswitch", version, after_long_help = EXAMPLES)]
-#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-#[command(arg_required_else_help = false)]
+#[command(args_conflicts_with_subcommands = true)]
 pub struct Cli {
     /// Something else than routing.
     #[command(subcommand)]
@@ -56,7 +55,7 @@ pub struct RouteArgs {
     /// Ports left out are 14550 for UDP and 5760 for TCP; a baud rate left out is 57600. The
     /// spellings of pymavlink, MAVProxy, MAVSDK, mavp2p, mavlink-server and mavlink-router are
     /// understood as well. Options follow as in a URL: udpout:10.0.0.2:14550?name=gcs
-    #[arg(value_name = "ENDPOINT", required = true, verbatim_doc_comment)]
+    #[arg(value_name = "ENDPOINT", verbatim_doc_comment)]
     pub endpoints: Vec<EndpointConfig>,
 
     /// Learn routes from every frame, or from HEARTBEAT only
@@ -132,6 +131,15 @@ fn seconds(text: &str) -> Result<Duration, String> {
         .map_err(|_| "write a number of seconds, as 300".to_owned())?;
     Duration::try_from_secs_f64(seconds).map_err(|_| "write a number from 0 on, as 300".to_owned())
 }
+
+/// What to type, for who typed nothing.
+pub const NOTHING_TO_JOIN: &str = "\
+mavswitch: nothing to join: name the endpoints, for example a flight controller and a port for
+ground stations:
+
+  mavswitch /dev/ttyACM0 udpin:0.0.0.0:14550
+
+`mavswitch --help` explains them all.";
 
 const EXAMPLES: &str = "\
 Examples:

@@ -6,17 +6,24 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Parser;
-use mavswitch::cli::{Cli, Command, LogArgs, LogFormat, RouteArgs};
+use mavswitch::cli::{Cli, Command, LogArgs, LogFormat, NOTHING_TO_JOIN, RouteArgs};
 use mavswitch::config::{load_dialect, write_rows};
 use mavswitch::daemon::{DaemonConfig, run};
 use mavswitch::mavlink::Dialect;
 use tracing::level_filters::LevelFilter;
+
+/// The exit status for a command line that cannot be used; clap has the same.
+const USAGE: u8 = 2;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
     start_log(&cli.log);
     let outcome = match cli.command {
         Some(Command::Dialect { file }) => print_dialect(&file),
+        None if cli.route.endpoints.is_empty() => {
+            let _ = writeln!(io::stderr(), "{NOTHING_TO_JOIN}");
+            return ExitCode::from(USAGE);
+        }
         None => route(cli.route),
     };
     match outcome {
