@@ -13,30 +13,12 @@ fn main() {
     let mut rows = String::from("&[\n");
     for (number, line) in tsv.lines().enumerate().skip(1) {
         let fields: Vec<&str> = line.split('\t').collect();
-        let [
-            id,
-            extra,
-            name,
-            base,
-            max,
-            system,
-            component,
-            _status,
-            _dialect,
-        ] = fields[..]
-        else {
-            panic!(
-                "{SOURCE}:{}: expected 9 fields, found {}",
-                number + 1,
-                fields.len()
-            );
+        let [id, extra, name, base, max, system, component, _status, _dialect] = fields[..] else {
+            panic!("{SOURCE}:{}: expected 9 fields, found {}", number + 1, fields.len());
         };
         // `base` and `max` exceed 255 in four retired definitions, hence u16 in `Definition`.
-        writeln!(
-            rows,
-            "    row({id}, {extra}, {name:?}, {base}, {max}, {system}, {component}),"
-        )
-        .expect("writing to a String cannot fail");
+        writeln!(rows, "    row({id}, {extra}, {name:?}, {base}, {max}, {system}, {component}),")
+            .expect("writing to a String cannot fail");
     }
     rows.push_str("]\n");
     let out = env::var_os("OUT_DIR").expect("cargo sets OUT_DIR");

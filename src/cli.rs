@@ -37,6 +37,8 @@ pub enum Command {
         #[arg(value_name = "FILE.xml")]
         file: PathBuf,
     },
+    /// List the serial ports of this computer: what each one is, and whether you may open it
+    Ports,
 }
 
 /// What to route, and how.
@@ -126,9 +128,7 @@ impl RouteArgs {
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds: f64 = text
-        .parse()
-        .map_err(|_| "write a number of seconds, as 300".to_owned())?;
+    let seconds: f64 = text.parse().map_err(|_| "write a number of seconds, as 300".to_owned())?;
     Duration::try_from_secs_f64(seconds).map_err(|_| "write a number from 0 on, as 300".to_owned())
 }
 

@@ -9,6 +9,7 @@ use clap::Parser;
 use mavswitch::cli::{Cli, Command, LogArgs, LogFormat, NOTHING_TO_JOIN, RouteArgs};
 use mavswitch::config::{load_dialect, write_rows};
 use mavswitch::daemon::{DaemonConfig, run};
+use mavswitch::link::list_ports;
 use mavswitch::mavlink::Dialect;
 use tracing::level_filters::LevelFilter;
 
@@ -20,6 +21,7 @@ fn main() -> ExitCode {
     start_log(&cli.log);
     let outcome = match cli.command {
         Some(Command::Dialect { file }) => print_dialect(&file),
+        Some(Command::Ports) => print_ports(),
         None if cli.route.endpoints.is_empty() => {
             let _ = writeln!(io::stderr(), "{NOTHING_TO_JOIN}");
             return ExitCode::from(USAGE);
@@ -43,11 +45,7 @@ fn route(args: RouteArgs) -> Result<(), Box<dyn Error>> {
     }
     let router = args.router_options();
     tracing::info!("mavswitch {} starting", env!("CARGO_PKG_VERSION"));
-    Ok(run(DaemonConfig {
-        endpoints: args.endpoints,
-        router,
-        dialect,
-    })?)
+    Ok(run(DaemonConfig { endpoints: args.endpoints, router, dialect })?)
 }
 
 fn print_dialect(file: &Path) -> Result<(), Box<dyn Error>> {
@@ -58,6 +56,17 @@ fn print_dialect(file: &Path) -> Result<(), Box<dyn Error>> {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         outcome => Ok(outcome?),
     }
+}
+
+fn print_ports() -> Result<(), Box<dyn Error>> {
+    let ports = list_ports();
+    if ports.is_empty() {
+        println!("no serial ports (is the cable in, and does it carry data?)");
+    }
+    for port in &ports {
+        println!("{port}");
+    }
+    Ok(())
 }
 
 fn start_log(args: &LogArgs) {

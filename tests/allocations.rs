@@ -4,7 +4,8 @@ use allocation_counter::measure;
 use mavswitch::mavlink::{
     Checker, Component, Dialect, FrameSpec, Input, MessageId, Splitter, Version, encode,
 };
-use mavswitch::routing::{LinkId, LinkOptions, QueueLimits, Router, RouterOptions, Time};
+use mavswitch::routing::{LinkId, LinkOptions, RateCap, Router, RouterOptions, Time};
+use std::time::Duration;
 
 const ROUNDS: u64 = 20_000;
 
@@ -13,11 +14,7 @@ fn stream() -> Vec<u8> {
     let mut stream = Vec::new();
     let mut add = |system, id, crc_extra, payload: &[u8]| {
         let spec = FrameSpec {
-            version: if system == 1 {
-                Version::V2
-            } else {
-                Version::V1
-            },
+            version: if system == 1 { Version::V2 } else { Version::V1 },
             seq: 0,
             source: Component::new(system, 1),
             id: MessageId(id),
@@ -52,12 +49,13 @@ struct Bench {
 impl Bench {
     fn new() -> Self {
         let mut router = Router::new(RouterOptions::default());
-        let queue = QueueLimits::with_total(16_384);
-        let options = LinkOptions {
-            queue,
-            forward_setup_signing: false,
+        let options = || LinkOptions {
+            caps: vec![RateCap { id: MessageId(30), interval: Duration::from_millis(100) }],
+            dedup: Some(Duration::from_millis(1)),
+            ..LinkOptions::default()
         };
-        let links = std::array::from_fn(|_| router.add_link(options).expect("there is room"));
+        let mut link = || router.add_link(options(), Time::ZERO).expect("there is room");
+        let links = std::array::from_fn(|_| link());
         Self {
             checker: Checker::new(Dialect::builtin()),
             splitter: Splitter::new(),
@@ -70,21 +68,14 @@ impl Bench {
     /// A read of `bytes` on a link, and what it brings about; some queues are emptied, one is not.
     fn turn(&mut self, link: usize, bytes: &[u8], now: Time) {
         self.buffer[Splitter::CARRY..][..bytes.len()].copy_from_slice(bytes);
-        let mut cutter = self
-            .splitter
-            .cut(&mut self.buffer, bytes.len(), Input::Flowing);
+        let mut cutter = self.splitter.cut(&mut self.buffer, bytes.len(), Input::Flowing);
         while let Some(frame) = cutter.next(&mut self.checker) {
             self.router.handle(self.links[link], &frame, now);
         }
         self.router.take_filling();
-        for link in self
-            .router
-            .take_dirty()
-            .iter()
-            .filter(|link| link.index() < 2)
-        {
-            if let Some(queue) = self.router.queue_mut(link) {
-                queue.consume(queue.len());
+        for link in self.router.take_dirty().iter().filter(|link| link.index() < 2) {
+            if let Some(port) = self.router.port_mut(link) {
+                port.consume(port.backlog());
             }
         }
         self.router.handle_timeout(now);
@@ -97,11 +88,7 @@ fn nothing_on_a_frames_way_allocates() {
     let mut bench = Bench::new();
     let stream = stream();
     let torn = &stream[..stream.len() / 2];
-    let other: Vec<u8> = stream
-        .iter()
-        .copied()
-        .filter(|byte| *byte != 0x55)
-        .collect();
+    let other: Vec<u8> = stream.iter().copied().filter(|byte| *byte != 0x55).collect();
     let mut round = |number: u64| {
         let now = Time::from_millis(number);
         bench.turn(0, &stream, now);
@@ -111,13 +98,7 @@ fn nothing_on_a_frames_way_allocates() {
     (0..100).for_each(&mut round);
     let allocations = measure(|| (100..ROUNDS).for_each(&mut round));
     assert_eq!(allocations.count_total, 0, "in {ROUNDS} rounds");
-    let counters = bench
-        .router
-        .counters(bench.links[0])
-        .expect("the link is there");
+    let counters = bench.router.counters(bench.links[0]).expect("the link is there");
     assert!(counters.frames_in > ROUNDS * 7, "the frames did arrive");
-    assert!(
-        counters.dropped() > ROUNDS,
-        "some were dropped for lack of a route"
-    );
+    assert!(counters.dropped() > ROUNDS, "some were dropped for lack of a route");
 }

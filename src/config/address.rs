@@ -201,10 +201,7 @@ fn parse_serial(text: &str) -> Result<Address, AddressProblem> {
 
 fn parse_listener(kind: AddressKind, text: &str, port: u16) -> Result<HostPort, AddressProblem> {
     let (host, written) = parse_host_port(kind, text)?;
-    Ok(HostPort {
-        host: host.unwrap_or(Host::UNSPECIFIED),
-        port: written.unwrap_or(port),
-    })
+    Ok(HostPort { host: host.unwrap_or(Host::UNSPECIFIED), port: written.unwrap_or(port) })
 }
 
 fn parse_sender(kind: AddressKind, text: &str, port: u16) -> Result<HostPort, AddressProblem> {

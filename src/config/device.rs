@@ -139,9 +139,6 @@ mod tests {
         let ends_in_digits = "/dev/serial/by-path/acpi-PNP0501:00";
         let with_baud = format!("{ends_in_digits}:57600");
         assert_eq!(split(&with_baud), (ends_in_digits, Some("57600")));
-        assert_eq!(
-            parse(ends_in_digits),
-            Err(AddressProblem::BadBaud("00".to_owned()))
-        );
+        assert_eq!(parse(ends_in_digits), Err(AddressProblem::BadBaud("00".to_owned())));
     }
 }

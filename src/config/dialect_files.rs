@@ -149,11 +149,8 @@ impl Files {
         let bytes = bytes.ok_or_else(|| DialectFileError::TooLarge { file: file() })?;
         // Names are ASCII; a description in another encoding must not keep a dialect out.
         let text = String::from_utf8_lossy(&bytes);
-        let Definitions { includes, messages } =
-            parse_definitions(&text).map_err(|error| DialectFileError::Content {
-                file: file(),
-                error,
-            })?;
+        let Definitions { includes, messages } = parse_definitions(&text)
+            .map_err(|error| DialectFileError::Content { file: file(), error })?;
         self.list[place].messages = messages;
         for include in includes {
             let included = self.find(path.with_file_name(include), Some(place))?;
@@ -212,9 +209,7 @@ impl Files {
 /// The file's bytes; none if it is longer than [`MAX_FILE_LEN`].
 fn read_bounded(path: &Path) -> io::Result<Option<Vec<u8>>> {
     let mut bytes = Vec::new();
-    File::open(path)?
-        .take(MAX_FILE_LEN + 1)
-        .read_to_end(&mut bytes)?;
+    File::open(path)?.take(MAX_FILE_LEN + 1).read_to_end(&mut bytes)?;
     Ok((bytes.len() as u64 <= MAX_FILE_LEN).then_some(bytes))
 }
 
@@ -278,17 +273,9 @@ mod tests {
     fn each_file_is_read_once_and_an_including_file_has_the_last_word() {
         let dir = Dir::new("order");
         // Included before the middle file, the base still comes after it; the base includes the first.
-        dir.write(
-            "own.xml",
-            &["base.xml", "sub/mid.xml", "own.xml"],
-            &[(1, "own")],
-        );
+        dir.write("own.xml", &["base.xml", "sub/mid.xml", "own.xml"], &[(1, "own")]);
         dir.write("sub/mid.xml", &["../base.xml"], &[(2, "mid"), (1, "mid")]);
-        dir.write(
-            "base.xml",
-            &["sub/../own.xml"],
-            &[(3, "base"), (2, "base"), (1, "own")],
-        );
+        dir.write("base.xml", &["sub/../own.xml"], &[(3, "base"), (2, "base"), (1, "own")]);
         let definitions = dir.load("own.xml").unwrap();
         let ids: Vec<u32> = definitions.iter().map(|message| message.id.0).collect();
         // Own, middle, base; what the base says of 1 has been said by the first.

@@ -99,10 +99,8 @@ fn parse(text: &str) -> Result<EndpointConfig, AddressProblem> {
         return Err(AddressProblem::ControlCharacter);
     }
     let (address, query) = text.split_once('?').unwrap_or((text, ""));
-    let mut endpoint = EndpointConfig {
-        address: Address::parse(address)?,
-        options: EndpointOptions::default(),
-    };
+    let mut endpoint =
+        EndpointConfig { address: Address::parse(address)?, options: EndpointOptions::default() };
     endpoint.apply(query)?;
     endpoint.complete()
 }
@@ -137,10 +135,7 @@ mod tests {
         ("udpin:0.0.0.0:14550", "udpin:0.0.0.0:14550"),
         ("udpout:10.0.0.2:14550", "udpout:10.0.0.2:14550"),
         ("udpout:gcs.local:14550", "udpout:gcs.local:14550"),
-        (
-            "udpbcast:192.168.1.255:14550",
-            "udpbcast:192.168.1.255:14550",
-        ),
+        ("udpbcast:192.168.1.255:14550", "udpbcast:192.168.1.255:14550"),
         ("mcast:239.1.2.3:14551", "mcast:239.1.2.3:14551"),
         ("tcpin:127.0.0.1:5760", "tcpin:127.0.0.1:5760"),
         ("tcpout:[2001:db8::1]:5760", "tcpout:[2001:db8::1]:5760"),
@@ -190,14 +185,8 @@ mod tests {
         ("tcpclient://10.0.0.2:5760", "tcpout:10.0.0.2:5760"),
         // mavlink-router.
         ("/dev/ttyS1:1500000", "serial:/dev/ttyS1:1500000"),
-        (
-            "serial:/dev/ttyACM0?baudrate=115200",
-            "serial:/dev/ttyACM0:115200",
-        ),
-        (
-            "serial:///dev/ttyAMA0?baudrate=921600",
-            "serial:/dev/ttyAMA0:921600",
-        ),
+        ("serial:/dev/ttyACM0?baudrate=115200", "serial:/dev/ttyACM0:115200"),
+        ("serial:///dev/ttyAMA0?baudrate=921600", "serial:/dev/ttyAMA0:921600"),
         // Options.
         ("udpin:14550?", "udpin:0.0.0.0:14550"),
         (
@@ -237,10 +226,7 @@ mod tests {
         for (text, expected) in [
             (BY_PATH.to_owned(), vec![DEFAULT_BAUD]),
             (format!("serial:{BY_PATH}:115200"), vec![115_200]),
-            (
-                format!("serial://{BY_PATH},921600,57600"),
-                vec![921_600, 57_600],
-            ),
+            (format!("serial://{BY_PATH},921600,57600"), vec![921_600, 57_600]),
         ] {
             let device = Device::Path(BY_PATH.into());
             let bauds = expected;

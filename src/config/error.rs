@@ -121,30 +121,18 @@ mod tests {
 
     /// Each problem, once or more: what is typed, and what is answered behind the typed text.
     const MESSAGES: &[(&str, &str)] = &[
-        (
-            "",
-            "it is empty: write for example udpin:0.0.0.0:14550 or /dev/ttyACM0:57600",
-        ),
+        ("", "it is empty: write for example udpin:0.0.0.0:14550 or /dev/ttyACM0:57600"),
         (
             "127.0.0.1:14550",
             "no scheme: write udpin:127.0.0.1:14550 to listen there or udpout:127.0.0.1:14550 to send there",
         ),
-        (
-            "[::1]",
-            "no scheme: write udpin:[::1] to listen there or udpout:[::1] to send there",
-        ),
+        ("[::1]", "no scheme: write udpin:[::1] to listen there or udpout:[::1] to send there"),
         (
             "localhost:14550",
             "no scheme: write udpin:localhost:14550 to listen there or udpout:localhost:14550 to send there",
         ),
-        (
-            "upd:127.0.0.1:14550",
-            "unknown scheme `upd`: did you mean `udp`?",
-        ),
-        (
-            "UDPINN://127.0.0.1:14550",
-            "unknown scheme `UDPINN`: did you mean `udpin`?",
-        ),
+        ("upd:127.0.0.1:14550", "unknown scheme `upd`: did you mean `udp`?"),
+        ("UDPINN://127.0.0.1:14550", "unknown scheme `UDPINN`: did you mean `udpin`?"),
         (
             "ttyACM0",
             "unknown scheme `ttyACM0`: write udpin, udpout, udpbcast, mcast, tcpin, tcpout or serial",
@@ -164,26 +152,14 @@ mod tests {
             "udpout:a:b:14550",
             "bad host `a:b`: write a name, an address like 10.0.0.2, or IPv6 in brackets",
         ),
-        (
-            "udpin:::1:14550",
-            "write IPv6 in brackets: udpin:[::1]:14550",
-        ),
-        (
-            "udps:fe80::1%wlan0",
-            "write IPv6 in brackets: udpin:[fe80::1%wlan0]",
-        ),
+        ("udpin:::1:14550", "write IPv6 in brackets: udpin:[::1]:14550"),
+        ("udps:fe80::1%wlan0", "write IPv6 in brackets: udpin:[fe80::1%wlan0]"),
         (
             "tcpin:[10.0.0.1]:5760",
             "bad IPv6 address `[10.0.0.1]:5760`: write it like [2001:db8::1]:14550",
         ),
-        (
-            "tcpin:[::1:5760",
-            "bad IPv6 address `[::1:5760`: write it like [2001:db8::1]:14550",
-        ),
-        (
-            "tcpin:[::1]5760",
-            "bad IPv6 address `[::1]5760`: write it like [2001:db8::1]:14550",
-        ),
+        ("tcpin:[::1:5760", "bad IPv6 address `[::1:5760`: write it like [2001:db8::1]:14550"),
+        ("tcpin:[::1]5760", "bad IPv6 address `[::1]5760`: write it like [2001:db8::1]:14550"),
         (
             "udpout:[fe80::1%]:14550",
             "bad zone ``: write the interface of a link-local address, like [fe80::1%wlan0]:14550",
@@ -196,34 +172,13 @@ mod tests {
             "udpout:[fe80::1]:14550",
             "link-local address without interface: write it like [fe80::1%wlan0], or add dev=wlan0",
         ),
-        (
-            "udpin:0.0.0.0:",
-            "no port after the last colon: write a number, or leave out the colon",
-        ),
-        (
-            "udpin:0.0.0.0:+1",
-            "bad port `+1`: write a number of 1 to 65535",
-        ),
-        (
-            "tcpin:127.0.0.1:5760/",
-            "bad port `5760/`: write a number of 1 to 65535",
-        ),
-        (
-            "udpin:65536",
-            "port 65536 is too large: write a number of 1 to 65535",
-        ),
-        (
-            "tcpout:[::1]:99999999999",
-            "port 99999999999 is too large: write a number of 1 to 65535",
-        ),
-        (
-            "udpout:10.0.0.2:0",
-            "port 0 cannot be sent to: write a number of 1 to 65535",
-        ),
-        (
-            "mcast:0",
-            "port 0 cannot be sent to: write a number of 1 to 65535",
-        ),
+        ("udpin:0.0.0.0:", "no port after the last colon: write a number, or leave out the colon"),
+        ("udpin:0.0.0.0:+1", "bad port `+1`: write a number of 1 to 65535"),
+        ("tcpin:127.0.0.1:5760/", "bad port `5760/`: write a number of 1 to 65535"),
+        ("udpin:65536", "port 65536 is too large: write a number of 1 to 65535"),
+        ("tcpout:[::1]:99999999999", "port 99999999999 is too large: write a number of 1 to 65535"),
+        ("udpout:10.0.0.2:0", "port 0 cannot be sent to: write a number of 1 to 65535"),
+        ("mcast:0", "port 0 cannot be sent to: write a number of 1 to 65535"),
         (
             "mcast:10.0.0.2",
             "`10.0.0.2` is no multicast group: write one of 224.0.0.0 to 239.255.255.255, or IPv6 from [ff00::]",
@@ -232,18 +187,9 @@ mod tests {
             "mcast:swarm.local:14550",
             "`swarm.local` is no multicast group: write one of 224.0.0.0 to 239.255.255.255, or IPv6 from [ff00::]",
         ),
-        (
-            "udpbcast:[ff02::1]:14550",
-            "IPv6 has no broadcast: write an IPv4 address, or use mcast",
-        ),
-        (
-            "serial:",
-            "no device: write for example serial:/dev/ttyACM0:57600 or serial:auto",
-        ),
-        (
-            "serial::57600",
-            "no device: write for example serial:/dev/ttyACM0:57600 or serial:auto",
-        ),
+        ("udpbcast:[ff02::1]:14550", "IPv6 has no broadcast: write an IPv4 address, or use mcast"),
+        ("serial:", "no device: write for example serial:/dev/ttyACM0:57600 or serial:auto"),
+        ("serial::57600", "no device: write for example serial:/dev/ttyACM0:57600 or serial:auto"),
         (
             "serial:ttyACM0:57600",
             "device `ttyACM0` is no absolute path: write for example serial:/dev/ttyACM0",
@@ -264,18 +210,12 @@ mod tests {
             "serial:auto:5",
             "bad baud rate `5`: write a number of 50 to 20000000, several with commas between",
         ),
-        (
-            "udpout:10.0.0.2?bnd=:1",
-            "unknown option `bnd`: did you mean `bind`?",
-        ),
+        ("udpout:10.0.0.2?bnd=:1", "unknown option `bnd`: did you mean `bind`?"),
         (
             "serial:auto?colour=red",
-            "unknown option `colour`: serial takes name, baudrate, flow, bandwidth, queue_time, rate, group, path, prefer and dedup",
+            "unknown option `colour`: serial takes name, baudrate, flow, bandwidth, queue_time, rate, forward_setup_signing, group, path, prefer and dedup",
         ),
-        (
-            "udpin:14550?name",
-            "option `name` has no value: write name=NAME",
-        ),
+        ("udpin:14550?name", "option `name` has no value: write name=NAME"),
         (
             "udpin:14550?name=",
             "bad value `` for option `name`: expected 1 to 64 printable characters",
@@ -284,14 +224,8 @@ mod tests {
             "udpout:10.0.0.2?bind=::1:14551",
             "bad value `::1:14551` for option `bind`: expected a local HOST:PORT, HOST or :PORT, IPv6 in brackets",
         ),
-        (
-            "udpin:14550?name=50%",
-            "bad % in option `name`: write a percent sign as %25",
-        ),
-        (
-            "udpin:14550?name=a&name=b",
-            "option `name` is there twice: keep one",
-        ),
+        ("udpin:14550?name=50%", "bad % in option `name`: write a percent sign as %25"),
+        ("udpin:14550?name=a&name=b", "option `name` is there twice: keep one"),
         (
             "tcpin:5760?bind=:1",
             "option `bind` does not apply to tcpin, only to udpout, udpbcast, mcast and tcpout",
@@ -300,10 +234,7 @@ mod tests {
             "serial:auto?pack=true",
             "option `pack` does not apply to serial, only to udpin, udpout, udpbcast and mcast",
         ),
-        (
-            "mcast:?ttl=256",
-            "bad value `256` for option `ttl`: expected a whole number of 0 to 255",
-        ),
+        ("mcast:?ttl=256", "bad value `256` for option `ttl`: expected a whole number of 0 to 255"),
         (
             "serial:/dev/ttyS1:57600?baudrate=115200",
             "bad value `115200` for option `baudrate`: expected numbers of 50 to 20000000 with commas between, and none in the address",
@@ -312,18 +243,9 @@ mod tests {
             "udpin:14550?rate=ATTITUDE",
             "bad value `ATTITUDE` for option `rate`: expected MESSAGE:HZ with commas between, each message once, 0.001 to 1000 Hz",
         ),
-        (
-            "serial:auto?baud=57600",
-            "unknown option `baud`: did you mean `baudrate`?",
-        ),
-        (
-            "udpin:14550?pack",
-            "option `pack` has no value: write pack=true|false",
-        ),
-        (
-            "tcpin:5760?path=best",
-            "option `path` needs `group`: add group, or leave out path",
-        ),
+        ("serial:auto?baud=57600", "unknown option `baud`: did you mean `baudrate`?"),
+        ("udpin:14550?pack", "option `pack` has no value: write pack=true|false"),
+        ("tcpin:5760?path=best", "option `path` needs `group`: add group, or leave out path"),
     ];
 
     #[test]

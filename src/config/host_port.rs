@@ -122,10 +122,7 @@ pub(super) fn parse_local(text: &str) -> Option<HostPort> {
         return None;
     }
     let (host, port) = parse(text, "").ok()?;
-    Some(HostPort {
-        host: host.unwrap_or(Host::UNSPECIFIED),
-        port: port.unwrap_or(0),
-    })
+    Some(HostPort { host: host.unwrap_or(Host::UNSPECIFIED), port: port.unwrap_or(0) })
 }
 
 /// Reads what follows the opening bracket.
@@ -147,8 +144,7 @@ fn parse_port(text: &str) -> Result<u16, AddressProblem> {
     if !value::is_digits(text) {
         return Err(AddressProblem::BadPort(text.to_owned()));
     }
-    text.parse()
-        .map_err(|_| AddressProblem::PortTooLarge(text.to_owned()))
+    text.parse().map_err(|_| AddressProblem::PortTooLarge(text.to_owned()))
 }
 
 /// How to write an IPv6 address that stands without brackets, if `text` has one.

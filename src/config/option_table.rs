@@ -193,6 +193,17 @@ pub const OPTIONS: &[OptionSpec] = &[
         show: |options| Some(options.ttl.to_string()),
     },
     OptionSpec {
+        name: "forward_setup_signing",
+        value: "true|false",
+        expects: "true or false",
+        help: "let SETUP_SIGNING, which carries a secret key, pass to others that allow it too",
+        default: Some("false"),
+        applies_to: ANY,
+        needs: None,
+        set: |to, text| put(&mut to.options.forward_setup_signing, value::flag(text)),
+        show: |options| Some(options.forward_setup_signing.to_string()),
+    },
+    OptionSpec {
         name: "group",
         value: "NAME",
         expects: "1 to 64 printable characters",

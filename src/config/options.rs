@@ -43,6 +43,9 @@ pub struct EndpointOptions {
     pub mtu: u16,
     /// How many routers a multicast datagram may pass, plus one; 0 stays on this computer.
     pub ttl: u8,
+    /// Whether SETUP_SIGNING, which carries a secret key, may pass between this endpoint and others
+    /// that allow it.
+    pub forward_setup_signing: bool,
     /// The name of the path that this endpoint shares with others, 1 to 64 characters. Nothing is
     /// forwarded within a group.
     pub group: Option<String>,
@@ -71,6 +74,7 @@ impl Default for EndpointOptions {
             pack: false,
             mtu: 1400,
             ttl: 1,
+            forward_setup_signing: false,
             group: None,
             path: PathChoice::All,
             prefer: 0,

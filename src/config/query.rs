@@ -49,25 +49,13 @@ mod tests {
     #[test]
     fn a_query_is_cut_at_ampersands_and_first_equal_signs() {
         let pairs: Vec<_> = pairs("a=b&c&&d==?&=").collect();
-        let expected = [
-            ("a", Some("b")),
-            ("c", None),
-            ("d", Some("=?")),
-            ("", Some("")),
-        ];
+        let expected = [("a", Some("b")), ("c", None), ("d", Some("=?")), ("", Some(""))];
         assert_eq!(pairs, expected);
     }
 
     #[test]
     fn what_is_encoded_is_decoded() {
-        for value in [
-            "",
-            "gcs",
-            "50 % & more",
-            "ä\u{3000}€",
-            "%25",
-            "[fe80::1%wlan0]:1",
-        ] {
+        for value in ["", "gcs", "50 % & more", "ä\u{3000}€", "%25", "[fe80::1%wlan0]:1"] {
             assert_eq!(decode("name", &encode(value)).as_deref(), Ok(value));
         }
         assert_eq!(encode("a b%&ä"), "a%20b%25%26ä");
@@ -77,10 +65,7 @@ mod tests {
     #[test]
     fn a_bad_escape_is_refused() {
         for value in ["%", "%2", "%zz", "%+1", "%ff", "%äb", "a%", "%%25"] {
-            assert_eq!(
-                decode("name", value),
-                Err(AddressProblem::BadEscape("name"))
-            );
+            assert_eq!(decode("name", value), Err(AddressProblem::BadEscape("name")));
         }
     }
 }

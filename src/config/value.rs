@@ -70,16 +70,12 @@ pub(super) fn flag(text: &str) -> Option<bool> {
 
 /// Flow control of a serial port.
 pub(super) fn flow(text: &str) -> Option<FlowControl> {
-    [FlowControl::None, FlowControl::RtsCts]
-        .into_iter()
-        .find(|flow| flow.to_string() == text)
+    [FlowControl::None, FlowControl::RtsCts].into_iter().find(|flow| flow.to_string() == text)
 }
 
 /// Which endpoints of a group send.
 pub(super) fn path(text: &str) -> Option<PathChoice> {
-    [PathChoice::All, PathChoice::Best]
-        .into_iter()
-        .find(|path| path.to_string() == text)
+    [PathChoice::All, PathChoice::Best].into_iter().find(|path| path.to_string() == text)
 }
 
 /// A time: `250ms`, `1.5s`, `2m`, or a bare number of seconds; rounded to milliseconds.
@@ -187,9 +183,9 @@ mod tests {
             assert_eq!(show_time(time), shown);
         }
         assert_eq!(millis("60", long()), seconds("60ms", long()));
-        for text in [
-            "", "s", "-1s", "1,5s", ".5s", "5.", "1 s", "1S", "1us", "1.5.1", "1e3", "9e9m",
-        ] {
+        for text in
+            ["", "s", "-1s", "1,5s", ".5s", "5.", "1 s", "1S", "1us", "1.5.1", "1e3", "9e9m"]
+        {
             assert_eq!(seconds(text, long()), None, "{text}");
         }
         assert_eq!(seconds(&"9".repeat(400), long()), None);

@@ -8,7 +8,7 @@ use mio::net::{TcpListener, TcpStream, UdpSocket};
 
 use crate::config::{EndpointConfig, EndpointOptions};
 use crate::link::Backoff;
-use crate::routing::{LinkId, Time};
+use crate::routing::{LinkId, Membership, RateCap, Time};
 
 use super::log_limit::LogLimit;
 
@@ -22,6 +22,12 @@ pub(super) struct Endpoint {
     pub(super) backoff: Backoff,
     /// When [`super::timers::Timer::Endpoint`] has something to do.
     pub(super) deadline: Option<Time>,
+    /// What its options mean for the router.
+    pub(super) caps: Vec<RateCap>,
+    pub(super) membership: Option<Membership>,
+    /// Which of several baud rates is in use, and whether frames were heard at it.
+    pub(super) baud: usize,
+    pub(super) baud_is_proven: bool,
     /// What its host means, and which of these addresses comes next.
     pub(super) addresses: Vec<SocketAddr>,
     pub(super) next_address: usize,
@@ -67,12 +73,7 @@ pub(super) enum Role {
     /// One remote address.
     Sender { link: LinkId, remote: SocketAddr },
     /// Everybody on a network, by broadcast or multicast: one link for all.
-    Shared {
-        link: LinkId,
-        everybody: SocketAddr,
-        own: SocketAddr,
-        answerer: Answerer,
-    },
+    Shared { link: LinkId, everybody: SocketAddr, own: SocketAddr, answerer: Answerer },
 }
 
 /// The peers of a UDP server.
@@ -140,11 +141,7 @@ impl DatagramPort {
     pub(super) fn destination(&self, peer: SocketAddr, now: Time) -> SocketAddr {
         match &self.role {
             Role::Server(_) | Role::Sender { .. } => peer,
-            Role::Shared {
-                everybody,
-                answerer,
-                ..
-            } => answerer.current(now).unwrap_or(*everybody),
+            Role::Shared { everybody, answerer, .. } => answerer.current(now).unwrap_or(*everybody),
         }
     }
 
@@ -165,6 +162,10 @@ impl Endpoint {
             state: State::Waiting,
             backoff: Backoff::new(),
             deadline: None,
+            caps: Vec::new(),
+            membership: None,
+            baud: 0,
+            baud_is_proven: false,
             addresses: Vec::new(),
             next_address: 0,
             log: LogLimit::new(now),

@@ -19,6 +19,17 @@ pub enum StartError {
         /// What to do about it, in parentheses, or nothing.
         remedy: String,
     },
+    /// An option names a message that no definition has.
+    #[error("{endpoint}: no message is called {name} (load its definition with --dialect)")]
+    UnknownMessage {
+        /// The endpoint with the option.
+        endpoint: String,
+        /// The name.
+        name: String,
+    },
+    /// There are more groups than can be told apart.
+    #[error("there are more than 256 groups")]
+    TooManyGroups,
     /// The system refused what the loop needs.
     #[error("cannot set up the event loop: {0}")]
     System(io::Error),
@@ -28,12 +39,7 @@ impl StartError {
     /// An endpoint that cannot be opened.
     pub(super) fn endpoint(config: &EndpointConfig, action: String, error: io::Error) -> Self {
         let remedy = remedy(config, &error);
-        Self::Endpoint {
-            endpoint: config.name(),
-            action,
-            error,
-            remedy,
-        }
+        Self::Endpoint { endpoint: config.name(), action, error, remedy }
     }
 }
 
@@ -57,10 +63,7 @@ fn is_not_a_tty(error: &io::Error) -> bool {
 
 /// What to do about an error, as a parenthesis behind it.
 fn remedy(config: &EndpointConfig, error: &io::Error) -> String {
-    let is_udp = !matches!(
-        config.address.kind(),
-        AddressKind::TcpIn | AddressKind::TcpOut
-    );
+    let is_udp = !matches!(config.address.kind(), AddressKind::TcpIn | AddressKind::TcpOut);
     let text = match (error.kind(), &config.address) {
         (io::ErrorKind::PermissionDenied, Address::Serial { .. }) => {
             "is the user in group dialout?".to_owned()
@@ -68,17 +71,8 @@ fn remedy(config: &EndpointConfig, error: &io::Error) -> String {
         (io::ErrorKind::PermissionDenied, _) => {
             "ports below 1024 are for root: choose a higher one".to_owned()
         }
-        (
-            io::ErrorKind::ResourceBusy,
-            Address::Serial {
-                device: Device::Path(path),
-                ..
-            },
-        ) => {
-            format!(
-                "another program has it open: `fuser -v {}` tells which",
-                path.display()
-            )
+        (io::ErrorKind::ResourceBusy, Address::Serial { device: Device::Path(path), .. }) => {
+            format!("another program has it open: `fuser -v {}` tells which", path.display())
         }
         (io::ErrorKind::AddrInUse, address) => {
             let port = address.host_port().map_or(0, |host_port| host_port.port);

@@ -8,15 +8,16 @@ use mio::event::Event;
 use mio::{Events, Poll, Registry, Token, Waker};
 use tracing::info;
 
-use super::endpoint::{Endpoint, State};
+use super::endpoint::State;
 use super::error::StartError;
 use super::links::Output;
 use super::log_limit::LogLimit;
+use super::settings::settle;
 use super::signals::Signals;
 use super::timers::{Timer, Timers};
 use super::transmit::Io;
 use crate::config::EndpointConfig;
-use crate::link::{Inbox, Resolver};
+use crate::link::{Inbox, Resolver, Stream};
 use crate::mavlink::{Checker, Dialect};
 use crate::routing::{LinkId, LinkSet, Router, RouterOptions, Time};
 
@@ -50,6 +51,10 @@ pub(super) struct Daemon {
     pub(super) ready: Vec<Ready>,
     /// Links that stopped in the middle of a frame.
     pub(super) unfinished: LinkSet,
+    /// Links whose [`Timer::Pace`] is set.
+    pace_timers: LinkSet,
+    /// Links whose [`Timer::Stall`] is set.
+    stall_timers: LinkSet,
     /// Where a datagram of somebody unknown stands while it is looked at.
     pub(super) stranger: Vec<u8>,
     pub(super) component_log: LogLimit,
@@ -119,7 +124,7 @@ impl Daemon {
         let signals = Signals::register(poll.registry(), SIGNAL).map_err(StartError::System)?;
         let waker = Waker::new(poll.registry(), WAKE).map_err(StartError::System)?;
         let now = Time::ZERO;
-        let endpoints = config.endpoints.into_iter();
+        let endpoints = settle(config.endpoints, &config.dialect, now)?;
         Ok(Self {
             poll,
             signals,
@@ -129,15 +134,13 @@ impl Daemon {
             router: Router::new(config.router),
             checker: Checker::new(config.dialect),
             inbox: Inbox::new(),
-            io: Io::new(
-                endpoints
-                    .map(|endpoint| Endpoint::new(endpoint, now))
-                    .collect(),
-            ),
+            io: Io::new(endpoints),
             timers: Timers::default(),
             router_deadline: None,
             ready: Vec::new(),
             unfinished: LinkSet::EMPTY,
+            pace_timers: LinkSet::EMPTY,
+            stall_timers: LinkSet::EMPTY,
             stranger: Vec::new(),
             component_log: LogLimit::new(now),
         })
@@ -206,7 +209,7 @@ impl Daemon {
         self.io.flush_all(&mut self.router, dirty, self.now);
         self.close_broken();
         self.report_events();
-        self.set_router_timer();
+        self.set_timers();
         Ok(stop)
     }
 
@@ -232,9 +235,7 @@ impl Daemon {
                 if event.is_writable() && !port.writable {
                     port.writable = true;
                     let links = port.links();
-                    links
-                        .iter()
-                        .for_each(|link| self.io.flush(&mut self.router, *link, self.now));
+                    links.iter().for_each(|link| self.io.flush(&mut self.router, *link, self.now));
                 }
                 if event.is_readable() || event.is_error() {
                     self.receive_datagrams(index);
@@ -267,6 +268,14 @@ impl Daemon {
                 Timer::Endpoint(index) => self.handle_deadline(index),
                 Timer::Peers(index) => self.expire_peers(index),
                 Timer::Pause => self.handle_pause(),
+                Timer::Pace(link) => {
+                    self.pace_timers.remove(link);
+                    self.io.flush(&mut self.router, link, self.now);
+                }
+                Timer::Stall(link) => {
+                    self.stall_timers.remove(link);
+                    self.check_stalled(link);
+                }
                 Timer::Router => {
                     self.router_deadline = None;
                     self.router.handle_timeout(self.now);
@@ -275,7 +284,8 @@ impl Daemon {
         }
     }
 
-    fn set_router_timer(&mut self) {
+    /// Sets the timers that this turn has made necessary, each once.
+    fn set_timers(&mut self) {
         let deadline = self.router.poll_timeout();
         if let Some(at) = deadline
             && self.router_deadline.is_none_or(|set| set > at)
@@ -283,14 +293,49 @@ impl Daemon {
             self.timers.set(at, Timer::Router);
             self.router_deadline = deadline;
         }
+        for link in std::mem::take(&mut self.io.paced).iter() {
+            let ready = self.router.port(link).and_then(|port| port.ready_at(self.now));
+            if let Some(at) = ready
+                && !self.pace_timers.contains(link)
+            {
+                self.pace_timers.insert(link);
+                self.timers.set(at, Timer::Pace(link));
+            }
+        }
+        for link in std::mem::take(&mut self.io.blocked).iter() {
+            self.set_stall_timer(link);
+        }
+    }
+
+    fn set_stall_timer(&mut self, id: LinkId) {
+        let Some(at) = self.stalled_at(id) else { return };
+        if !self.stall_timers.contains(id) {
+            self.stall_timers.insert(id);
+            self.timers.set(at, Timer::Stall(id));
+        }
+    }
+
+    /// When a connection will have stalled, if it takes nothing until then. A serial port may
+    /// wait for ever: whoever is behind it can be asked for nothing.
+    fn stalled_at(&self, id: LinkId) -> Option<Time> {
+        let link = self.io.links.get(id)?;
+        let Output::Stream(output) = &link.output else { return None };
+        let Stream::Tcp(_) = output.stream else { return None };
+        let timeout = self.io.endpoints[link.endpoint].options().stall_timeout;
+        Some(output.blocked_since? + timeout)
+    }
+
+    /// Closes a connection that has taken nothing for too long.
+    fn check_stalled(&mut self, id: LinkId) {
+        match self.stalled_at(id) {
+            Some(at) if at <= self.now => self.close_link(id, "it takes nothing any more"),
+            _ => self.set_stall_timer(id),
+        }
     }
 
     /// Whether anything still waits to be sent where it can be.
-    fn has_backlog(&mut self) -> bool {
-        let links = self.router.links();
-        let mut queues = links
-            .iter()
-            .filter_map(|link| Some(self.router.queue_mut(link)?.len()));
-        queues.any(|waiting| waiting > 0)
+    fn has_backlog(&self) -> bool {
+        let mut links = self.router.links().iter();
+        links.any(|link| self.router.port(link).is_some_and(|port| port.backlog() > 0))
     }
 }

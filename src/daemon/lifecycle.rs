@@ -2,21 +2,26 @@
 //! opened again when its link broke.
 
 use std::io;
+use std::net::SocketAddr;
 use std::time::Duration;
 
-use tracing::warn;
+use tracing::{info, warn};
 
 use super::endpoint::{Role, State};
 use super::error::{StartError, may_pass};
 use super::event_loop::Daemon;
+use super::links::Output;
 use super::open::{OpenError, socket_address};
 use super::timers::Timer;
-use crate::config::Host;
-use crate::link::{Stream, tune};
+use crate::config::{Host, HostPort};
+use crate::link::{Resolved, Stream, tune};
 use crate::routing::LinkId;
 
 /// How long a TCP connection may take to be made.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// How often a name is asked for again while its address is in use.
+const ASK_AGAIN: Duration = Duration::from_secs(30);
 
 impl Daemon {
     /// Opens all endpoints. What may yet come, as a device that is not plugged in, is waited for.
@@ -48,20 +53,22 @@ impl Daemon {
             endpoint.next_address += 1;
             return self.open_at(index, address);
         }
-        let failed = |error| OpenError {
-            action: format!("use {host_port}"),
-            error,
-        };
+        let failed = |error| OpenError { action: format!("use {host_port}"), error };
         match socket_address(host_port).map_err(failed)? {
             Some(address) => self.open_at(index, address),
             None => self.resolve(index),
         }
     }
 
-    fn open_at(&mut self, index: usize, address: std::net::SocketAddr) -> Result<(), OpenError> {
+    fn open_at(&mut self, index: usize, address: SocketAddr) -> Result<(), OpenError> {
         self.open_socket(index, address)?;
-        if let State::Connecting(..) = self.io.endpoints[index].state {
-            self.set_deadline(index, CONNECT_TIMEOUT);
+        let endpoint = &self.io.endpoints[index];
+        match endpoint.state {
+            State::Connecting(..) => self.set_deadline(index, CONNECT_TIMEOUT),
+            State::Datagrams(_) if !endpoint.addresses.is_empty() => {
+                self.set_deadline(index, ASK_AGAIN);
+            }
+            _ => {}
         }
         Ok(())
     }
@@ -82,32 +89,62 @@ impl Daemon {
         Ok(())
     }
 
+    /// Asks whether the host of a sender still has the address that is sent to.
+    fn ask_again(&mut self, index: usize) {
+        let endpoint = &self.io.endpoints[index];
+        if let Some(HostPort { host: Host::Name(name), port }) = endpoint.config.address.host_port()
+        {
+            // If there is no thread for it now, the next time will do.
+            let _ = self.resolver.ask(index, name.clone(), *port);
+            self.set_deadline(index, ASK_AGAIN);
+        }
+    }
+
     /// Takes what the resolver found out.
     pub(super) fn handle_answers(&mut self) {
-        while let Some(answer) = self.resolver.poll() {
-            let endpoint = &mut self.io.endpoints[answer.asker];
-            endpoint.next_address = 0;
-            let addresses = answer.addresses.and_then(|addresses| {
-                let none = || io::Error::other("the name has no address");
-                if addresses.is_empty() {
-                    Err(none())
-                } else {
-                    Ok(addresses)
+        while let Some(Resolved { asker, addresses }) = self.resolver.poll() {
+            let outcome = match (addresses, &self.io.endpoints[asker].state) {
+                (Ok(addresses), State::Datagrams(_)) => {
+                    self.redirect(asker, &addresses);
+                    Ok(())
                 }
-            });
-            let outcome = match addresses {
-                Ok(addresses) => {
-                    endpoint.addresses = addresses;
-                    self.open(answer.asker)
+                // What it was is still good.
+                (Err(_), State::Datagrams(_)) => Ok(()),
+                (Ok(addresses), _) if !addresses.is_empty() => {
+                    self.io.endpoints[asker].addresses = addresses;
+                    self.io.endpoints[asker].next_address = 0;
+                    self.open(asker)
                 }
-                Err(error) => {
-                    let action = format!("resolve {}", endpoint.config.address);
-                    Err(OpenError { action, error })
-                }
+                (Ok(_), _) => Err(self.unresolved(asker, io::Error::other("it has no address"))),
+                (Err(error), _) => Err(self.unresolved(asker, error)),
             };
             if let Err(failure) = outcome {
-                self.try_later(answer.asker, failure);
+                self.try_later(asker, failure);
             }
+        }
+    }
+
+    fn unresolved(&self, index: usize, error: io::Error) -> OpenError {
+        let host =
+            self.io.endpoints[index].config.address.host_port().map(|at| at.host.to_string());
+        OpenError { action: format!("resolve {}", host.unwrap_or_default()), error }
+    }
+
+    /// A sender's host has these addresses now.
+    fn redirect(&mut self, index: usize, addresses: &[SocketAddr]) {
+        let endpoint = &mut self.io.endpoints[index];
+        let State::Datagrams(port) = &mut endpoint.state else { return };
+        let Role::Sender { link, remote } = &mut port.role else { return };
+        let same_family = |address: &&SocketAddr| address.is_ipv4() == remote.is_ipv4();
+        let Some(new) = addresses.iter().find(same_family) else { return };
+        if addresses.contains(remote) {
+            return;
+        }
+        info!("{}: now sending to {new}", endpoint.name);
+        *remote = *new;
+        if let Some(link) = self.io.links.get_mut(*link) {
+            link.peer = new.to_string();
+            link.output = Output::Datagrams(*new);
         }
     }
 
@@ -126,16 +163,15 @@ impl Daemon {
             }
             State::Connecting(_, address) => {
                 let action = format!("connect to {address}");
-                self.try_later(
-                    index,
-                    OpenError {
-                        action,
-                        error: io::ErrorKind::TimedOut.into(),
-                    },
-                );
+                self.try_later(index, OpenError { action, error: io::ErrorKind::TimedOut.into() });
             }
             State::Listening(..) => self.accept(index),
-            State::Resolving | State::Datagrams(_) | State::Up(_) => {}
+            State::Up(link) => {
+                let link = *link;
+                self.check_baud(index, link);
+            }
+            State::Datagrams(_) => self.ask_again(index),
+            State::Resolving => {}
         }
     }
 
@@ -196,11 +232,7 @@ impl Daemon {
     fn try_again(&mut self, index: usize) {
         let endpoint = &mut self.io.endpoints[index];
         let has_more = endpoint.next_address < endpoint.addresses.len();
-        let delay = if has_more {
-            Duration::ZERO
-        } else {
-            endpoint.backoff.next_delay()
-        };
+        let delay = if has_more { Duration::ZERO } else { endpoint.backoff.next_delay() };
         if !has_more {
             endpoint.addresses.clear();
             endpoint.next_address = 0;

@@ -36,6 +36,20 @@ pub(super) struct StreamOutput {
     pub(super) writable: bool,
     /// Whether the other side said that it will send no more: what is left must be read to its end.
     pub(super) read_closed: bool,
+    /// Since when the system has taken nothing, though something waits.
+    pub(super) blocked_since: Option<Time>,
+}
+
+impl StreamOutput {
+    pub(super) fn new(stream: Stream) -> Self {
+        Self { stream, writable: true, read_closed: false, blocked_since: None }
+    }
+
+    /// The system takes no more for now.
+    pub(super) fn block(&mut self, now: Time) {
+        self.writable = false;
+        self.blocked_since.get_or_insert(now);
+    }
 }
 
 /// All links, by number.

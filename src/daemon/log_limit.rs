@@ -20,11 +20,7 @@ impl LogLimit {
     const INTERVAL: Duration = Duration::from_secs(6);
 
     pub(super) fn new(now: Time) -> Self {
-        Self {
-            tokens: Self::BURST,
-            refilled: now,
-            suppressed: 0,
-        }
+        Self { tokens: Self::BURST, refilled: now, suppressed: 0 }
     }
 
     /// Whether a line may be written now; if so, how many were left out since the last one.
@@ -51,9 +47,7 @@ mod tests {
     #[test]
     fn a_burst_passes_then_one_line_each_interval_tells_what_was_left_out() {
         let mut limit = LogLimit::new(Time::ZERO);
-        let burst = (0..100)
-            .filter(|_| limit.permit(Time::ZERO).is_some())
-            .count();
+        let burst = (0..100).filter(|_| limit.permit(Time::ZERO).is_some()).count();
         assert_eq!(burst, 20);
         let later = Time::ZERO + LogLimit::INTERVAL;
         assert_eq!(limit.permit(later), Some(80));

@@ -1,19 +1,25 @@
 //! Opens endpoints, each kind in its way, at an address that is known.
 
 use std::io;
-use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, SocketAddrV6, UdpSocket};
+use std::path::PathBuf;
+use std::time::Duration;
 
 use mio::Interest;
-use tracing::info;
+use tracing::{debug, info};
 
 use super::endpoint::{Answerer, DatagramPort, Endpoint, Peers, Role, State};
 use super::event_loop::{Daemon, Meaning};
 use super::links::Output;
 use crate::config::{Address, Device, FlowControl, Host, HostPort};
 use crate::link::{
-    SerialSettings, Stream, UdpSettings, connect, interface_index, join_multicast, listen,
-    open_serial, open_udp,
+    SerialSettings, Stream, UdpSettings, connect, find_flight_controller, interface_index,
+    join_multicast, listen, open_serial, open_udp, set_baud,
 };
+use crate::routing::LinkId;
+
+/// How long a baud rate is tried: a heartbeat comes each second, and the first may be cut.
+const BAUD_TRIAL: Duration = Duration::from_millis(2_500);
 
 /// What could not be done, and why.
 #[derive(Debug)]
@@ -25,38 +31,59 @@ pub(super) struct OpenError {
 
 /// Says what was tried when it fails.
 fn doing<T>(action: impl FnOnce() -> String, result: io::Result<T>) -> Result<T, OpenError> {
-    result.map_err(|error| OpenError {
-        action: action(),
-        error,
-    })
+    result.map_err(|error| OpenError { action: action(), error })
 }
 
 impl Daemon {
     /// Opens a serial port.
     pub(super) fn open_serial(&mut self, index: usize) -> Result<(), OpenError> {
         let endpoint = &self.io.endpoints[index];
-        let Address::Serial {
-            device: Device::Path(path),
-            bauds,
-        } = &endpoint.config.address
-        else {
-            return Ok(());
+        let Address::Serial { device, bauds } = &endpoint.config.address else { return Ok(()) };
+        let Some(baud) = bauds.get(endpoint.baud).copied() else { return Ok(()) };
+        let is_one_of_several = bauds.len() > 1 && !endpoint.baud_is_proven;
+        let path = match device {
+            Device::Path(path) => path.clone(),
+            Device::Auto => doing(|| "find a flight controller".to_owned(), find_device())?,
         };
-        let Some(baud) = bauds.first().copied() else {
-            return Ok(());
-        };
-        let settings = SerialSettings {
-            baud,
-            rtscts: endpoint.options().flow == FlowControl::RtsCts,
-        };
-        let path = path.clone();
+        let rtscts = endpoint.options().flow == FlowControl::RtsCts;
         let action = || format!("open {}", path.display());
-        let file = doing(action, open_serial(&path, settings))?;
+        let file = doing(action, open_serial(&path, SerialSettings { baud, rtscts }))?;
         info!("{}: open at {baud} baud", endpoint.name);
         let peer = path.display().to_string();
         let link = doing(action, self.add_stream(index, peer, Stream::Serial(file)))?;
         self.set_open(index, State::Up(link));
+        if is_one_of_several {
+            self.set_deadline(index, BAUD_TRIAL);
+        }
         Ok(())
+    }
+
+    /// Of several baud rates, keeps the one at which frames are heard, or tries the next.
+    pub(super) fn check_baud(&mut self, index: usize, id: LinkId) {
+        let endpoint = &mut self.io.endpoints[index];
+        let Address::Serial { bauds, .. } = &endpoint.config.address else { return };
+        let heard = self.router.port(id).is_some_and(|port| port.quality().last_heard.is_some());
+        if heard {
+            endpoint.baud_is_proven = true;
+            info!("{}: frames at {} baud", endpoint.name, bauds[endpoint.baud]);
+            return;
+        }
+        endpoint.baud = (endpoint.baud + 1) % bauds.len();
+        let baud = bauds[endpoint.baud];
+        debug!("{}: no frames; trying {baud} baud", endpoint.name);
+        let pace = endpoint.pace();
+        let Some(link) = self.io.links.get_mut(id) else { return };
+        link.splitter.forget();
+        if let Output::Stream(output) = &link.output
+            && let Stream::Serial(file) = &output.stream
+            && let Err(error) = set_baud(file, baud)
+        {
+            return self.close_link(id, &format!("cannot change to {baud} baud: {error}"));
+        }
+        if let (Some(pace), Some(port)) = (pace, self.router.port_mut(id)) {
+            port.set_line_rate(pace, self.now);
+        }
+        self.set_deadline(index, BAUD_TRIAL);
     }
 
     /// Opens whatever listens, sends or connects at `address`.
@@ -82,11 +109,7 @@ impl Daemon {
         let endpoint = &self.io.endpoints[index];
         let mut listener = doing(action, listen(address, endpoint.options().dev.as_deref()))?;
         let token = Meaning::Endpoint(index).token();
-        doing(
-            action,
-            self.registry()
-                .register(&mut listener, token, Interest::READABLE),
-        )?;
+        doing(action, self.registry().register(&mut listener, token, Interest::READABLE))?;
         let local = doing(action, listener.local_addr())?;
         info!("{}: listening on {local}", endpoint.name);
         self.set_open(index, State::Listening(listener, 0));
@@ -101,10 +124,7 @@ impl Daemon {
         let mut stream = doing(action, connect(address, bind, options.dev.as_deref()))?;
         let token = Meaning::Endpoint(index).token();
         let interest = Interest::READABLE | Interest::WRITABLE;
-        doing(
-            action,
-            self.registry().register(&mut stream, token, interest),
-        )?;
+        doing(action, self.registry().register(&mut stream, token, interest))?;
         self.io.endpoints[index].state = State::Connecting(stream, address);
         Ok(())
     }
@@ -112,10 +132,8 @@ impl Daemon {
     fn open_udp_server(&mut self, index: usize, address: SocketAddr) -> Result<(), OpenError> {
         let action = || format!("listen on {address}");
         let endpoint = &self.io.endpoints[index];
-        let settings = UdpSettings {
-            device: endpoint.options().dev.as_deref(),
-            ..Default::default()
-        };
+        let settings =
+            UdpSettings { device: endpoint.options().dev.as_deref(), ..Default::default() };
         let socket = doing(action, open_udp(address, settings))?;
         let local = doing(action, socket.local_addr())?;
         info!("{}: listening on {local}", endpoint.name);
@@ -132,20 +150,12 @@ impl Daemon {
         let action = || format!("send to {remote}");
         let options = self.io.endpoints[index].options();
         let local = doing(action, bind_address(options.bind.as_ref(), remote))?;
-        let settings = UdpSettings {
-            device: options.dev.as_deref(),
-            ..UdpSettings::default()
-        };
+        let settings = UdpSettings { device: options.dev.as_deref(), ..UdpSettings::default() };
         let socket = doing(|| format!("send from {local}"), open_udp(local, settings))?;
         let local = doing(action, socket.local_addr())?;
         let link = self.add_sender_link(index, remote, local)?;
         let role = Role::Sender { link, remote };
-        let port = DatagramPort {
-            socket,
-            group_socket: None,
-            writable: true,
-            role,
-        };
+        let port = DatagramPort { socket, group_socket: None, writable: true, role };
         self.watch_datagrams(index, port, action)
     }
 
@@ -164,27 +174,14 @@ impl Daemon {
         let socket = doing(|| format!("send from {local}"), open_udp(local, settings))?;
         let local = doing(action, socket.local_addr())?;
         let (group_socket, own) = if is_multicast {
-            let group = doing(
-                || format!("join {everybody}"),
-                open_group(endpoint, everybody),
-            )?;
+            let group = doing(|| format!("join {everybody}"), open_group(endpoint, everybody))?;
             (Some(group), doing(action, own_address(everybody, local))?)
         } else {
             (None, local)
         };
         let link = self.add_sender_link(index, everybody, local)?;
-        let role = Role::Shared {
-            link,
-            everybody,
-            own,
-            answerer: Answerer::default(),
-        };
-        let port = DatagramPort {
-            socket,
-            group_socket,
-            writable: true,
-            role,
-        };
+        let role = Role::Shared { link, everybody, own, answerer: Answerer::default() };
+        let port = DatagramPort { socket, group_socket, writable: true, role };
         self.watch_datagrams(index, port, action)
     }
 
@@ -194,11 +191,8 @@ impl Daemon {
         index: usize,
         remote: SocketAddr,
         local: SocketAddr,
-    ) -> Result<crate::routing::LinkId, OpenError> {
-        info!(
-            "{}: sending to {remote} from {local}",
-            self.io.endpoints[index].name
-        );
+    ) -> Result<LinkId, OpenError> {
+        info!("{}: sending to {remote} from {local}", self.io.endpoints[index].name);
         let link = self.add_link(index, remote.to_string(), Output::Datagrams(remote));
         let link = link.ok_or_else(|| io::Error::other("too many links"));
         doing(|| format!("send to {remote}"), link)
@@ -212,29 +206,24 @@ impl Daemon {
     ) -> Result<(), OpenError> {
         let token = Meaning::Endpoint(index).token();
         let interest = Interest::READABLE | Interest::WRITABLE;
-        doing(
-            &action,
-            self.registry().register(&mut port.socket, token, interest),
-        )?;
+        doing(&action, self.registry().register(&mut port.socket, token, interest))?;
         if let Some(socket) = &mut port.group_socket {
-            doing(
-                &action,
-                self.registry().register(socket, token, Interest::READABLE),
-            )?;
+            doing(&action, self.registry().register(socket, token, Interest::READABLE))?;
         }
         self.set_open(index, State::Datagrams(port));
         Ok(())
     }
 }
 
+fn find_device() -> io::Result<PathBuf> {
+    let none = || io::Error::new(io::ErrorKind::NotFound, "no flight controller is plugged in");
+    find_flight_controller().ok_or_else(none)
+}
+
 /// The socket that hears a multicast group.
 fn open_group(endpoint: &Endpoint, group: SocketAddr) -> io::Result<mio::net::UdpSocket> {
     let device = endpoint.options().dev.as_deref();
-    let settings = UdpSettings {
-        device,
-        shared: true,
-        ..UdpSettings::default()
-    };
+    let settings = UdpSettings { device, shared: true, ..UdpSettings::default() };
     let socket = open_udp(group, settings)?;
     let interface = match (device, group) {
         (Some(device), _) => interface_index(device)?,
@@ -282,7 +271,7 @@ pub(super) fn socket_address(host_port: &HostPort) -> io::Result<Option<SocketAd
         Host::Ip(ip) => Some(SocketAddr::new(*ip, host_port.port)),
         Host::Zoned(ip, zone) => {
             let index = zone.parse().or_else(|_| interface_index(zone))?;
-            Some(std::net::SocketAddrV6::new(*ip, host_port.port, 0, index).into())
+            Some(SocketAddrV6::new(*ip, host_port.port, 0, index).into())
         }
         Host::Name(_) => None,
     })

@@ -15,7 +15,7 @@ use super::links::{Link, Output, StreamOutput};
 use super::timers::Timer;
 use crate::link::{Stream, tune};
 use crate::mavlink::Splitter;
-use crate::routing::{LinkId, LinkOptions, QueueLimits};
+use crate::routing::LinkId;
 
 /// What became of a stranger.
 #[derive(Clone, Copy, Debug)]
@@ -27,9 +27,6 @@ pub(super) enum Admission {
     /// There is no room for it.
     Refused,
 }
-
-/// How much may wait for a link that is not paced, in bytes.
-const QUEUE: usize = 32 * 1_024;
 
 /// A peer that is silent for so long may make room for a new one.
 const REPLACEABLE_AFTER: Duration = Duration::from_secs(10);
@@ -48,21 +45,11 @@ impl Daemon {
         peer: String,
         output: Output,
     ) -> Option<LinkId> {
-        let queue = QueueLimits::with_total(QUEUE);
-        let options = LinkOptions {
-            queue,
-            forward_setup_signing: false,
-        };
-        let id = self.router.add_link(options)?;
+        let options = self.io.endpoints[endpoint].link_options();
+        let id = self.router.add_link(options, self.now)?;
         self.say_up(endpoint, id, &peer);
         let splitter = Splitter::new();
-        let link = Link {
-            endpoint,
-            peer,
-            splitter,
-            last_read: self.now,
-            output,
-        };
+        let link = Link { endpoint, peer, splitter, last_read: self.now, output };
         self.io.links.insert(id, link);
         Some(id)
     }
@@ -70,11 +57,7 @@ impl Daemon {
     fn say_up(&mut self, endpoint: usize, id: LinkId, peer: &str) {
         let endpoint = &mut self.io.endpoints[endpoint];
         if let Some(left_out) = endpoint.log.permit(self.now) {
-            info!(
-                "{}: link {id} up: {peer}{}",
-                endpoint.name,
-                LeftOut(left_out)
-            );
+            info!("{}: link {id} up: {peer}{}", endpoint.name, LeftOut(left_out));
         }
     }
 
@@ -89,23 +72,13 @@ impl Daemon {
         peer: String,
         stream: Stream,
     ) -> io::Result<LinkId> {
-        let output = StreamOutput {
-            stream,
-            writable: true,
-            read_closed: false,
-        };
-        let id = self.add_link(endpoint, peer, Output::Stream(output));
+        let output = Output::Stream(StreamOutput::new(stream));
+        let id = self.add_link(endpoint, peer, output);
         let id = id.ok_or_else(|| io::Error::other("too many links"))?;
-        if let Some(Link {
-            output: Output::Stream(output),
-            ..
-        }) = self.io.links.get_mut(id)
-        {
+        if let Some(Link { output: Output::Stream(output), .. }) = self.io.links.get_mut(id) {
             let interest = Interest::READABLE | Interest::WRITABLE;
             let token = Meaning::Link(id).token();
-            output
-                .stream
-                .register(self.poll.registry(), token, interest)?;
+            output.stream.register(self.poll.registry(), token, interest)?;
         }
         Ok(id)
     }
@@ -243,10 +216,7 @@ impl Daemon {
 
     /// No descriptors, no memory: connections wait until there are some again.
     fn accept_later(&mut self, index: usize, error: &io::Error) {
-        self.say(
-            index,
-            &format!("cannot accept a connection: {error}; trying again"),
-        );
+        self.say(index, &format!("cannot accept a connection: {error}; trying again"));
         self.set_deadline(index, ACCEPT_AGAIN);
     }
 
@@ -268,10 +238,7 @@ impl Daemon {
             return;
         };
         self.report_link(id, &link);
-        let heard = self
-            .router
-            .counters(id)
-            .is_some_and(|counters| counters.frames_in > 0);
+        let heard = self.router.counters(id).is_some_and(|counters| counters.frames_in > 0);
         self.router.remove_link(id);
         self.unfinished.remove(id);
         self.ready.retain(|ready| *ready != Ready::Link(id));
@@ -281,11 +248,7 @@ impl Daemon {
         }
         let endpoint = &mut self.io.endpoints[link.endpoint];
         if let Some(left_out) = endpoint.log.permit(self.now) {
-            info!(
-                "{}: link {id} down: {reason}{}",
-                endpoint.name,
-                LeftOut(left_out)
-            );
+            info!("{}: link {id} down: {reason}{}", endpoint.name, LeftOut(left_out));
         }
         self.handle_closed(link.endpoint, id, heard);
     }
@@ -294,10 +257,7 @@ impl Daemon {
 /// Whether accepting failed for a reason of that one connection.
 fn is_of_connection(error: &io::Error) -> bool {
     use io::ErrorKind::{ConnectionAborted, ConnectionReset, Interrupted};
-    matches!(
-        error.kind(),
-        ConnectionAborted | ConnectionReset | Interrupted
-    )
+    matches!(error.kind(), ConnectionAborted | ConnectionReset | Interrupted)
 }
 
 /// How many lines were left out before this one, if any.

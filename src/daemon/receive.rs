@@ -118,12 +118,7 @@ impl Daemon {
                 let link = *link;
                 self.route(link, slot, len, Input::Paused);
             }
-            Role::Shared {
-                link,
-                own,
-                answerer,
-                ..
-            } if source != *own => {
+            Role::Shared { link, own, answerer, .. } if source != *own => {
                 let is_other = answerer.last_source.replace(source) != Some(source);
                 let link = *link;
                 self.handle_shared(index, link, slot, source, is_other);

@@ -17,19 +17,13 @@ impl Daemon {
             let left_out = LeftOut(left_out);
             match event {
                 RouterEvent::ComponentSeen(component, link) => {
-                    info!(
-                        "component {component} seen on {}{left_out}",
-                        self.describe(link)
-                    );
+                    info!("component {component} seen on {}{left_out}", self.describe(link));
                 }
                 RouterEvent::ComponentLost(component) => {
                     info!("component {component} lost{left_out}");
                 }
                 RouterEvent::ComponentRestarted(component, link) => {
-                    info!(
-                        "component {component} restarted on {}{left_out}",
-                        self.describe(link)
-                    );
+                    info!("component {component} restarted on {}{left_out}", self.describe(link));
                 }
             }
         }

@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use crate::routing::Time;
+use crate::routing::{LinkId, Time};
 
 /// What is to be done.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -14,6 +14,10 @@ pub(super) enum Timer {
     Peers(usize),
     /// Look for links that stopped in the middle of a frame.
     Pause,
+    /// Send what the pace of a link now lets leave.
+    Pace(LinkId),
+    /// See whether the other side of a connection still takes something.
+    Stall(LinkId),
     /// [`crate::routing::Router::handle_timeout`].
     Router,
 }
@@ -56,10 +60,7 @@ mod tests {
         timers.set(Time::from_millis(10), Timer::Endpoint(3));
         assert_eq!(timers.next_deadline(), Some(Time::from_millis(10)));
         assert_eq!(timers.pop_due(Time::from_millis(9)), None);
-        assert_eq!(
-            timers.pop_due(Time::from_millis(20)),
-            Some(Timer::Endpoint(3))
-        );
+        assert_eq!(timers.pop_due(Time::from_millis(20)), Some(Timer::Endpoint(3)));
         assert_eq!(timers.pop_due(Time::from_millis(20)), Some(Timer::Pause));
         assert_eq!(timers.pop_due(Time::from_millis(99)), None);
     }

@@ -8,7 +8,7 @@ use tracing::warn;
 use super::endpoint::{Endpoint, State};
 use super::links::{LinkTable, Output, StreamOutput};
 use crate::link::{BATCH, send_datagrams};
-use crate::routing::{LinkId, LinkSet, Queue, Router, Time};
+use crate::routing::{LinkId, LinkSet, Packed, Port, Router, Time};
 
 /// Everything that bytes leave by.
 pub(super) struct Io {
@@ -17,6 +17,10 @@ pub(super) struct Io {
     /// Links to be closed at the end of the turn, and why: never in the middle, where events of
     /// this turn may still name them.
     pub(super) closing: Vec<(LinkId, String)>,
+    /// Links that found no room in the system's buffer in this turn.
+    pub(super) blocked: LinkSet,
+    /// Links that wait for their pace to let them send, since this turn.
+    pub(super) paced: LinkSet,
 }
 
 impl Io {
@@ -25,6 +29,8 @@ impl Io {
             endpoints,
             links: LinkTable::new(),
             closing: Vec::new(),
+            blocked: LinkSet::EMPTY,
+            paced: LinkSet::EMPTY,
         }
     }
 
@@ -39,34 +45,49 @@ impl Io {
         self.flush_all(router, filling, now);
     }
 
-    /// Sends what waits for a link.
+    /// Sends what waits for a link, and may be sent now.
     pub(super) fn flush(&mut self, router: &mut Router, id: LinkId, now: Time) {
-        let (Some(link), Some(queue)) = (self.links.get_mut(id), router.queue_mut(id)) else {
+        let (Some(link), Some(port)) = (self.links.get_mut(id), router.port_mut(id)) else {
             return;
         };
         match &mut link.output {
             Output::Stream(output) => {
-                if let Err(error) = flush_stream(output, queue) {
+                if let Err(error) = flush_stream(output, port, now) {
                     self.closing.push((id, error.to_string()));
+                }
+                if let Some(since) = output.blocked_since
+                    && since == now
+                {
+                    self.blocked.insert(id);
                 }
             }
             Output::Datagrams(peer) => {
-                flush_datagrams(*peer, queue, &mut self.endpoints[link.endpoint], now);
+                flush_datagrams(*peer, port, &mut self.endpoints[link.endpoint], now);
             }
+        }
+        if port.ready_at(now).is_some() {
+            self.paced.insert(id);
         }
     }
 }
 
-fn flush_stream(output: &mut StreamOutput, queue: &mut Queue) -> io::Result<()> {
-    while output.writable && !queue.is_empty() {
-        match output.stream.write(queue.as_slices()) {
+fn flush_stream(output: &mut StreamOutput, port: &mut Port, now: Time) -> io::Result<()> {
+    loop {
+        let sendable = port.sendable(now);
+        if !output.writable || sendable == 0 {
+            return Ok(());
+        }
+        match output.stream.write(port.head(sendable)) {
             Ok(written) => {
+                port.consume(written);
+                output.blocked_since = None;
                 // A short write means that there is no more room: the system will say when.
-                output.writable = written == queue.len();
-                queue.consume(written);
+                if written < sendable {
+                    output.block(now);
+                }
             }
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) if error.kind() == io::ErrorKind::WouldBlock => output.writable = false,
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => output.block(now),
             Err(error) => {
                 // Nothing more goes this way until the link is closed.
                 output.writable = false;
@@ -74,24 +95,30 @@ fn flush_stream(output: &mut StreamOutput, queue: &mut Queue) -> io::Result<()> 
             }
         }
     }
-    Ok(())
 }
 
-fn flush_datagrams(peer: SocketAddr, queue: &mut Queue, endpoint: &mut Endpoint, now: Time) {
-    let State::Datagrams(port) = &mut endpoint.state else {
-        return;
-    };
-    let destination = port.destination(peer, now);
+fn flush_datagrams(peer: SocketAddr, port: &mut Port, endpoint: &mut Endpoint, now: Time) {
+    let State::Datagrams(datagrams) = &mut endpoint.state else { return };
+    let destination = datagrams.destination(peer, now);
+    let longest = if endpoint.config.options.pack { endpoint.config.options.mtu } else { 0 };
     let mut failure = None;
-    while port.writable && !queue.is_empty() {
-        let (sent, error) = send_datagrams(&port.socket, destination, queue.frames().take(BATCH));
-        consume_frames(queue, sent);
+    while datagrams.writable {
+        let sendable = port.sendable(now);
+        if sendable == 0 {
+            break;
+        }
+        let socket = &datagrams.socket;
+        let waiting = port.frames().packed(usize::from(longest));
+        let (sent, error) = send_datagrams(socket, destination, within(waiting, sendable));
+        let sent: usize = port.frames().packed(usize::from(longest)).take(sent).map(len).sum();
+        port.consume(sent);
         match error {
             None => {}
-            Some(error) if error.kind() == io::ErrorKind::WouldBlock => port.writable = false,
-            // Too long, no route, no buffers: this frame is lost, the link is not.
+            Some(error) if error.kind() == io::ErrorKind::WouldBlock => datagrams.writable = false,
+            // Too long, no route, no buffers: this datagram is lost, the link is not.
             Some(error) => {
-                consume_frames(queue, 1);
+                let lost = port.frames().packed(usize::from(longest)).next().map_or(0, len);
+                port.consume(lost);
                 failure = Some(error);
             }
         }
@@ -103,10 +130,20 @@ fn flush_datagrams(peer: SocketAddr, queue: &mut Queue, endpoint: &mut Endpoint,
     }
 }
 
-fn consume_frames(queue: &mut Queue, count: usize) {
-    let frames = queue.frames().take(count);
-    let bytes = frames
-        .map(|(first, second)| first.len() + second.len())
-        .sum();
-    queue.consume(bytes);
+/// The datagrams that begin within the first `sendable` bytes, as many as one call moves.
+fn within<'a>(
+    datagrams: Packed<'a>,
+    sendable: usize,
+) -> impl Iterator<Item = (&'a [u8], &'a [u8])> {
+    let mut begun = 0;
+    let is_within = move |datagram: &(&[u8], &[u8])| {
+        let begins = begun;
+        begun += len(*datagram);
+        begins < sendable
+    };
+    datagrams.take(BATCH).take_while(is_within)
+}
+
+fn len((first, second): (&[u8], &[u8])) -> usize {
+    first.len() + second.len()
 }

@@ -27,14 +27,8 @@ pub struct Inbox {
 impl Inbox {
     /// An empty one.
     pub fn new() -> Self {
-        let received = [Received {
-            len: 0,
-            source: None,
-        }; BATCH];
-        Self {
-            slots: vec![0; SLOT * BATCH],
-            received,
-        }
+        let received = [Received { len: 0, source: None }; BATCH];
+        Self { slots: vec![0; SLOT * BATCH], received }
     }
 
     /// Receives up to [`BATCH`] datagrams, one into each slot; says how many came.
@@ -81,10 +75,7 @@ pub fn send_datagrams<'a>(
     destination: SocketAddr,
     datagrams: impl Iterator<Item = (&'a [u8], &'a [u8])>,
 ) -> (usize, Option<io::Error>) {
-    let mut batch = [Outgoing {
-        pieces: (&[], &[]),
-        destination,
-    }; BATCH];
+    let mut batch = [Outgoing { pieces: (&[], &[]), destination }; BATCH];
     let mut count = 0;
     for (place, pieces) in batch.iter_mut().zip(datagrams) {
         place.pieces = pieces;

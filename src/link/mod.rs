@@ -5,6 +5,7 @@
 
 mod backoff;
 mod batch;
+mod ports;
 mod resolver;
 mod serial;
 mod stream;
@@ -14,8 +15,9 @@ mod udp;
 
 pub use backoff::Backoff;
 pub use batch::{BATCH, Inbox, send_datagrams};
+pub use ports::{Port, find_flight_controller, list_ports};
 pub use resolver::{Resolved, Resolver};
-pub use serial::{SerialSettings, open_serial};
+pub use serial::{SerialSettings, open_serial, set_baud};
 pub use stream::Stream;
 pub use sys::interface_index;
 pub use tcp::{connect, listen, tune};

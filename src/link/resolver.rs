@@ -29,10 +29,7 @@ pub struct Resolver {
 impl Resolver {
     /// A resolver that wakes the loop of `waker`.
     pub fn new(waker: Arc<Waker>) -> Self {
-        Self {
-            answers: channel(),
-            waker,
-        }
+        Self { answers: channel(), waker }
     }
 
     /// Asks for the addresses of a host; the answer comes from [`Resolver::poll`].
@@ -43,18 +40,13 @@ impl Resolver {
     pub fn ask(&self, asker: usize, host: String, port: u16) -> io::Result<()> {
         let (answers, waker) = (self.answers.0.clone(), Arc::clone(&self.waker));
         let ask = move || {
-            let addresses = (host.as_str(), port)
-                .to_socket_addrs()
-                .map(Iterator::collect);
+            let addresses = (host.as_str(), port).to_socket_addrs().map(Iterator::collect);
             // Fails only when the program ends and nobody wants to know.
             if answers.send(Resolved { asker, addresses }).is_ok() {
                 let _ = waker.wake();
             }
         };
-        thread::Builder::new()
-            .name("resolver".into())
-            .spawn(ask)
-            .map(drop)
+        thread::Builder::new().name("resolver".into()).spawn(ask).map(drop)
     }
 
     /// The next answer.

@@ -4,6 +4,8 @@ use std::fs::File;
 use std::io;
 use std::path::Path;
 
+use rustix::termios;
+
 use super::sys;
 
 /// How a port is set up.
@@ -31,5 +33,21 @@ pub fn open_serial(device: &Path, settings: SerialSettings) -> io::Result<File> 
         serialport::ErrorKind::NoDevice => io::ErrorKind::ResourceBusy.into(),
         _ => io::Error::from(error),
     })?;
-    sys::into_nonblocking_file(port)
+    let file = sys::into_nonblocking_file(port)?;
+    // Frames in a few milliseconds instead of sixteen, where the driver can; many cannot.
+    let _ = sys::set_low_latency(&file);
+    Ok(file)
+}
+
+/// Changes the baud rate of a port that is open.
+///
+/// # Errors
+///
+/// As `tcsetattr(3)`.
+pub fn set_baud(port: &File, baud: u32) -> io::Result<()> {
+    let mut attributes = termios::tcgetattr(port)?;
+    attributes.set_speed(baud)?;
+    // What was received at the other rate makes no sense.
+    termios::tcflush(port, termios::QueueSelector::IFlush)?;
+    Ok(termios::tcsetattr(port, termios::OptionalActions::Now, &attributes)?)
 }

@@ -38,11 +38,7 @@ impl Stream {
     /// As `writev(2)`; `WouldBlock` if there is no room.
     pub fn write(&mut self, (first, second): (&[u8], &[u8])) -> io::Result<usize> {
         let pieces = [IoSlice::new(first), IoSlice::new(second)];
-        let pieces = if second.is_empty() {
-            &pieces[..1]
-        } else {
-            &pieces[..]
-        };
+        let pieces = if second.is_empty() { &pieces[..1] } else { &pieces[..] };
         match self {
             Self::Tcp(stream) => stream.write_vectored(pieces),
             Self::Serial(file) => file.write_vectored(pieces),

@@ -65,10 +65,7 @@ pub(super) fn receive_batch(
     let filled = usize::try_from(result).map_err(|_| io::Error::last_os_error())?;
     for at in 0..filled {
         let len = headers[at].msg_len as usize;
-        received[at] = Received {
-            len,
-            source: socket_addr(&names[at]),
-        };
+        received[at] = Received { len, source: socket_addr(&names[at]) };
     }
     Ok(filled)
 }
@@ -139,6 +136,39 @@ pub(super) fn into_nonblocking_file(owner: impl IntoRawFd) -> io::Result<File> {
     Ok(file)
 }
 
+/// Asks the driver of a serial port to hand over what it receives at once.
+///
+/// # Errors
+///
+/// As `ioctl(2)`; most drivers do not know of it.
+pub(super) fn set_low_latency(port: &File) -> io::Result<()> {
+    let mut settings = SerialStruct { flags_and_before: [0; 5], rest: [0; 64] };
+    // SAFETY: the system writes a `serial_struct`, which is at most as long as this one.
+    if unsafe { libc::ioctl(port.as_raw_fd(), libc::TIOCGSERIAL, &raw mut settings) } < 0 {
+        return Err(io::Error::last_os_error());
+    }
+    settings.flags_and_before[FLAGS] |= ASYNC_LOW_LATENCY;
+    // SAFETY: the system reads what it wrote itself, but for one flag.
+    if unsafe { libc::ioctl(port.as_raw_fd(), libc::TIOCSSERIAL, &raw const settings) } < 0 {
+        return Err(io::Error::last_os_error());
+    }
+    Ok(())
+}
+
+/// `struct serial_struct` of the kernel: `flags` is the fifth of the numbers it begins with. It is
+/// 72 bytes long where pointers have 64 bits; there is room to spare.
+#[repr(C, align(8))]
+struct SerialStruct {
+    flags_and_before: [libc::c_int; 5],
+    rest: [u8; 64],
+}
+
+/// Which of the numbers is `flags`.
+const FLAGS: usize = 4;
+
+/// `ASYNC_LOW_LATENCY` of `linux/tty_flags.h`.
+const ASYNC_LOW_LATENCY: libc::c_int = 1 << 13;
+
 /// The number of the network interface with this name.
 ///
 /// # Errors
@@ -208,32 +238,17 @@ mod tests {
     #[test]
     fn datagrams_go_out_and_come_in_by_the_batch() {
         for host in ["127.0.0.1:0", "[::1]:0"] {
-            let (from, to) = (
-                UdpSocket::bind(host).unwrap(),
-                UdpSocket::bind(host).unwrap(),
-            );
+            let (from, to) = (UdpSocket::bind(host).unwrap(), UdpSocket::bind(host).unwrap());
             let destination = to.local_addr().unwrap();
-            let first = Outgoing {
-                pieces: (b"one", b""),
-                destination,
-            };
-            let second = Outgoing {
-                pieces: (b"t", b"wo"),
-                destination,
-            };
+            let first = Outgoing { pieces: (b"one", b""), destination };
+            let second = Outgoing { pieces: (b"t", b"wo"), destination };
             assert_eq!(send_batch(&from, &[first, second]).unwrap(), 2);
             let (mut a, mut b, mut c) = ([0xa5; 8], [0xa5; 8], [0xa5; 8]);
-            let mut received = [Received {
-                len: 0,
-                source: None,
-            }; 3];
+            let mut received = [Received { len: 0, source: None }; 3];
             let mut buffers: [&mut [u8]; 3] = [&mut a, &mut b, &mut c];
             assert_eq!(receive_batch(&to, &mut buffers, &mut received).unwrap(), 2);
             assert_eq!(received[0].source, Some(from.local_addr().unwrap()));
-            assert_eq!(
-                (&a[..received[0].len], &b[..received[1].len]),
-                (&b"one"[..], &b"two"[..])
-            );
+            assert_eq!((&a[..received[0].len], &b[..received[1].len]), (&b"one"[..], &b"two"[..]));
             assert_eq!(c, [0xa5; 8]);
             let nothing = receive_batch(&to, &mut [&mut a], &mut received);
             assert_eq!(nothing.unwrap_err().kind(), io::ErrorKind::WouldBlock);

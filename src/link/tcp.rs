@@ -65,11 +65,7 @@ pub fn tune(stream: &TcpStream) -> io::Result<()> {
 }
 
 fn open(address: SocketAddr, device: Option<&str>) -> io::Result<Socket> {
-    let socket = Socket::new(
-        Domain::for_address(address),
-        Type::STREAM,
-        Some(Protocol::TCP),
-    )?;
+    let socket = Socket::new(Domain::for_address(address), Type::STREAM, Some(Protocol::TCP))?;
     socket.set_nonblocking(true)?;
     if address.is_ipv6() {
         socket.set_only_v6(true)?;

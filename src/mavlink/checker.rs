@@ -60,11 +60,7 @@ pub struct Checker {
 impl Checker {
     /// Judges by the definitions of `dialect`.
     pub fn new(dialect: Dialect) -> Self {
-        Self {
-            dialect,
-            confirmed: Recent::new(),
-            sighted: Recent::new(),
-        }
+        Self { dialect, confirmed: Recent::new(), sighted: Recent::new() }
     }
 
     /// The definitions this checker judges by.
@@ -89,11 +85,7 @@ impl Checker {
         let header = frame.header();
         let has_definition = self.dialect.by_id(header.id).is_some();
         let source = has_definition.then_some(header.source);
-        let pair = Pair {
-            id: header.id,
-            crc_extra,
-            source,
-        };
+        let pair = Pair { id: header.id, crc_extra, source };
         if self.confirmed.contains(&pair) {
             return Verdict::Confirmed;
         }
@@ -130,10 +122,7 @@ const REMEMBERED: usize = 256;
 
 impl<T: PartialEq> Recent<T> {
     fn new() -> Self {
-        Self {
-            values: Vec::with_capacity(REMEMBERED),
-            oldest: 0,
-        }
+        Self { values: Vec::with_capacity(REMEMBERED), oldest: 0 }
     }
 
     fn contains(&self, value: &T) -> bool {
@@ -197,14 +186,8 @@ mod tests {
     fn rule_23_the_second_agreeing_frame_confirms_an_unknown_id() {
         let mut checker = Checker::new(Dialect::builtin());
         let unknown = frame(54_321, 77, VEHICLE);
-        assert_eq!(
-            evidence(judge(&mut checker, &unknown)),
-            Some(Evidence::First)
-        );
-        assert_eq!(
-            evidence(judge(&mut checker, &unknown)),
-            Some(Evidence::Second)
-        );
+        assert_eq!(evidence(judge(&mut checker, &unknown)), Some(Evidence::First));
+        assert_eq!(evidence(judge(&mut checker, &unknown)), Some(Evidence::Second));
         assert_eq!(judge(&mut checker, &unknown), Verdict::Confirmed);
     }
 
@@ -215,10 +198,7 @@ mod tests {
         judge(&mut checker, &unknown);
         judge(&mut checker, &unknown);
         let other = frame(54_321, 78, VEHICLE);
-        assert_eq!(
-            evidence(judge(&mut checker, &other)),
-            Some(Evidence::Contradiction)
-        );
+        assert_eq!(evidence(judge(&mut checker, &other)), Some(Evidence::Contradiction));
         let mut damaged = unknown;
         for bit in 0..8 {
             damaged[10] ^= 1 << bit;
@@ -233,19 +213,10 @@ mod tests {
     fn rule_26_a_strange_definition_of_a_known_id_needs_two_frames_of_one_source() {
         let mut checker = Checker::new(Dialect::builtin());
         let strange = frame(0, 51, VEHICLE);
-        assert_eq!(
-            evidence(judge(&mut checker, &strange)),
-            Some(Evidence::Contradiction)
-        );
+        assert_eq!(evidence(judge(&mut checker, &strange)), Some(Evidence::Contradiction));
         let elsewhere = frame(0, 51, Component::new(2, 1));
-        assert_eq!(
-            evidence(judge(&mut checker, &elsewhere)),
-            Some(Evidence::Contradiction)
-        );
-        assert_eq!(
-            evidence(judge(&mut checker, &strange)),
-            Some(Evidence::Second)
-        );
+        assert_eq!(evidence(judge(&mut checker, &elsewhere)), Some(Evidence::Contradiction));
+        assert_eq!(evidence(judge(&mut checker, &strange)), Some(Evidence::Second));
         assert_eq!(judge(&mut checker, &strange), Verdict::Confirmed);
     }
 
@@ -257,9 +228,6 @@ mod tests {
         }
         assert_eq!(checker.sighted.values.len(), REMEMBERED);
         let newest = frame(1_009_999, 1, VEHICLE);
-        assert_eq!(
-            evidence(judge(&mut checker, &newest)),
-            Some(Evidence::Second)
-        );
+        assert_eq!(evidence(judge(&mut checker, &newest)), Some(Evidence::Second));
     }
 }

@@ -72,11 +72,7 @@ const fn table() -> [u16; 256] {
         let mut crc = index as u16;
         let mut bit = 0;
         while bit < 8 {
-            crc = if crc & 1 == 1 {
-                crc >> 1 ^ 0x8408
-            } else {
-                crc >> 1
-            };
+            crc = if crc & 1 == 1 { crc >> 1 ^ 0x8408 } else { crc >> 1 };
             bit += 1;
         }
         table[index] = crc;
@@ -126,10 +122,7 @@ mod tests {
                     explained += 1;
                 }
             }
-            assert_eq!(
-                explained, 256,
-                "each of 256 extras leads to a checksum of its own"
-            );
+            assert_eq!(explained, 256, "each of 256 extras leads to a checksum of its own");
         }
     }
 }

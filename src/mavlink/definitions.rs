@@ -49,10 +49,9 @@ pub fn parse_definitions(xml: &str) -> Result<Definitions, DefinitionError> {
     // The reader would skip a byte order mark without counting it, and offsets would be off.
     let text = xml.trim_start_matches('\u{feff}');
     let mut parser = Parser::default();
-    parser.read(text).map_err(|problem| DefinitionError {
-        line: xml::line_at(text, parser.at),
-        problem,
-    })?;
+    parser
+        .read(text)
+        .map_err(|problem| DefinitionError { line: xml::line_at(text, parser.at), problem })?;
     Ok(parser.found)
 }
 
@@ -172,11 +171,7 @@ impl Parser {
             return Err(DefinitionProblem::Xml(text));
         }
         self.rooted = true;
-        if name == "mavlink" {
-            Ok(Place::Mavlink)
-        } else {
-            Err(DefinitionProblem::NoRoot)
-        }
+        if name == "mavlink" { Ok(Place::Mavlink) } else { Err(DefinitionProblem::NoRoot) }
     }
 
     fn open_message(&mut self, tag: &BytesStart<'_>) -> Step {
@@ -211,11 +206,7 @@ impl Parser {
         let len = message.len() + kind.len();
         if len > MAX_PAYLOAD {
             let message = message.name.clone();
-            return Err(DefinitionProblem::TooLong {
-                message,
-                field,
-                len,
-            });
+            return Err(DefinitionProblem::TooLong { message, field, len });
         }
         message.add(field, kind);
         Ok(())
@@ -251,27 +242,15 @@ impl Parser {
             let problem = format!("<{}> is not closed", excerpt(name));
             return Err(DefinitionProblem::Xml(problem));
         }
-        if self.rooted {
-            Ok(())
-        } else {
-            Err(DefinitionProblem::NoRoot)
-        }
+        if self.rooted { Ok(()) } else { Err(DefinitionProblem::NoRoot) }
     }
 }
 
 fn type_problem(error: TypeError, message: &str, field: &str, kind: &str) -> DefinitionProblem {
     let (message, field, kind) = (message.to_owned(), field.to_owned(), excerpt(kind));
     match error {
-        TypeError::Element => DefinitionProblem::UnknownType {
-            message,
-            field,
-            kind,
-        },
-        TypeError::ArrayLength => DefinitionProblem::ArrayLength {
-            message,
-            field,
-            kind,
-        },
+        TypeError::Element => DefinitionProblem::UnknownType { message, field, kind },
+        TypeError::ArrayLength => DefinitionProblem::ArrayLength { message, field, kind },
     }
 }
 

@@ -66,11 +66,8 @@ pub struct Dialect {
 impl Dialect {
     /// The built-in table: everything ever published.
     pub fn builtin() -> Self {
-        let mut dialect = Self {
-            definitions: BUILTIN.to_vec(),
-            by_pair: Vec::new(),
-            by_id: Vec::new(),
-        };
+        let mut dialect =
+            Self { definitions: BUILTIN.to_vec(), by_pair: Vec::new(), by_id: Vec::new() };
         dialect.index();
         dialect
     }
@@ -106,9 +103,7 @@ impl Dialect {
 
     /// The definition that a frame with this id and this CRC_EXTRA was made with.
     pub fn by_pair(&self, id: MessageId, crc_extra: u8) -> Option<&Definition> {
-        self.find(&self.by_pair, pair_hash(id, crc_extra), |d| {
-            d.key() == (id, crc_extra)
-        })
+        self.find(&self.by_pair, pair_hash(id, crc_extra), |d| d.key() == (id, crc_extra))
     }
 
     /// What this id means today: the user's definition, else the current one, else a retired one.
@@ -202,14 +197,7 @@ const fn row(
         (system, component) => Target::SystemComponent(system as u8, component as u8),
     };
     let (id, name) = (MessageId(id), Cow::Borrowed(name));
-    Definition {
-        id,
-        crc_extra,
-        name,
-        base_len,
-        max_len,
-        target,
-    }
+    Definition { id, crc_extra, name, base_len, max_len, target }
 }
 
 static BUILTIN: &[Definition] = include!(concat!(env!("OUT_DIR"), "/messages.rs"));
@@ -266,10 +254,7 @@ mod tests {
     fn the_table_is_bounded() {
         let mut dialect = Dialect::builtin();
         let template = dialect.definitions()[0].clone();
-        let many = (0..30_000).map(|id| Definition {
-            id: MessageId(id),
-            ..template.clone()
-        });
+        let many = (0..30_000).map(|id| Definition { id: MessageId(id), ..template.clone() });
         assert_eq!(dialect.add(many), Err(TooManyDefinitions));
         assert_eq!(dialect.definitions().len(), 765);
     }

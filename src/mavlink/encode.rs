@@ -37,9 +37,7 @@ pub fn encode(spec: &FrameSpec<'_>, out: &mut Vec<u8>) {
         Version::V1 => out.extend([STX_V1, len, spec.seq, system, component, a]),
         Version::V2 => {
             let incompat = u8::from(spec.signature.is_some());
-            out.extend([
-                STX_V2, len, incompat, 0, spec.seq, system, component, a, b, c,
-            ]);
+            out.extend([STX_V2, len, incompat, 0, spec.seq, system, component, a, b, c]);
         }
     }
     out.extend_from_slice(spec.payload);
@@ -52,10 +50,7 @@ pub fn encode(spec: &FrameSpec<'_>, out: &mut Vec<u8>) {
 
 /// `payload` without its trailing zeros, but always with its first byte (rule 9).
 pub fn trimmed(payload: &[u8]) -> &[u8] {
-    let end = payload
-        .iter()
-        .rposition(|byte| *byte != 0)
-        .map_or(1, |last| last + 1);
+    let end = payload.iter().rposition(|byte| *byte != 0).map_or(1, |last| last + 1);
     &payload[..end.min(payload.len())]
 }
 

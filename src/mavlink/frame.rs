@@ -71,19 +71,7 @@ impl Header {
                 source: Component::new(system, component),
                 id: MessageId(u32::from(id)),
             }),
-            [
-                STX_V2,
-                len,
-                incompat,
-                _,
-                seq,
-                system,
-                component,
-                a,
-                b,
-                c,
-                ..,
-            ] => {
+            [STX_V2, len, incompat, _, seq, system, component, a, b, c, ..] => {
                 if incompat & !INCOMPAT_SIGNED != 0 {
                     return Err(FrameError::Incompatible);
                 }
@@ -135,9 +123,7 @@ impl<'a> Frame<'a> {
     /// See [`FrameError`].
     pub fn parse(bytes: &'a [u8]) -> Result<Self, FrameError> {
         let header = Header::parse(bytes)?;
-        let bytes = bytes
-            .get(..header.frame_len())
-            .ok_or(FrameError::Incomplete)?;
+        let bytes = bytes.get(..header.frame_len()).ok_or(FrameError::Incomplete)?;
         Ok(Self { header, bytes })
     }
 
@@ -205,24 +191,14 @@ mod tests {
         assert_eq!(v2.id, MessageId(0x01_0003));
         assert_eq!(v2.source, Component::new(1, 2));
         for (header, incompat) in [(v1, 0), (v2, 1)] {
-            let start = if header.version == Version::V1 {
-                STX_V1
-            } else {
-                STX_V2
-            };
-            assert_eq!(
-                frame_len_of(start, header.len, incompat),
-                header.frame_len()
-            );
+            let start = if header.version == Version::V1 { STX_V1 } else { STX_V2 };
+            assert_eq!(frame_len_of(start, header.len, incompat), header.frame_len());
         }
     }
 
     #[test]
     fn rule_7_an_unknown_incompatibility_flag_is_told_at_once() {
-        assert_eq!(
-            Header::parse(&[STX_V2, 9, 2]),
-            Err(FrameError::Incompatible)
-        );
+        assert_eq!(Header::parse(&[STX_V2, 9, 2]), Err(FrameError::Incompatible));
         assert_eq!(Header::parse(&[STX_V2, 9, 1]), Err(FrameError::Incomplete));
     }
 

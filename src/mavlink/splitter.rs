@@ -76,10 +76,7 @@ impl Splitter {
 
     /// A splitter that has seen nothing.
     pub fn new() -> Self {
-        Self {
-            carry: Vec::with_capacity(Self::CARRY),
-            ..Self::default()
-        }
+        Self { carry: Vec::with_capacity(Self::CARRY), ..Self::default() }
     }
 
     /// Begins to cut what was received into `buffer[Splitter::CARRY..]`, `received` bytes of it.
@@ -101,12 +98,7 @@ impl Splitter {
         self.carry.clear();
         let bytes = &buffer[start..Self::CARRY + received];
         let position = self.lookback;
-        Cutter {
-            splitter: self,
-            bytes,
-            position,
-            input,
-        }
+        Cutter { splitter: self, bytes, position, input }
     }
 
     /// Forgets what was carried: what comes next is somebody else's.
@@ -315,21 +307,13 @@ enum Inside {
 /// Whether a frame that passes a full check begins at `at`.
 fn whole_frame_at(bytes: &[u8], at: usize, checker: &Checker) -> Result<bool, FrameError> {
     let frame = Frame::parse(&bytes[at..])?;
-    Ok(matches!(
-        checker.check(&frame),
-        Verdict::Known(_) | Verdict::Confirmed
-    ))
+    Ok(matches!(checker.check(&frame), Verdict::Known(_) | Verdict::Confirmed))
 }
 
 #[inline]
 fn take<'a>(frame: Frame<'a>, target: Component, verified: bool) -> Step<'a> {
     let (bytes, header) = (frame.bytes(), frame.header());
-    Step::Take(CheckedFrame {
-        bytes,
-        header,
-        target,
-        verified,
-    })
+    Step::Take(CheckedFrame { bytes, header, target, verified })
 }
 
 /// Reads the target; what was cut off reads as zero (rule 10).
@@ -362,11 +346,7 @@ pub fn fuzz_splitter(data: &[u8]) {
     let mut taken = 0;
     for chunk in stream.chunks(usize::from(*size).max(1)) {
         buffer[Splitter::CARRY..][..chunk.len()].copy_from_slice(chunk);
-        let input = if chunk.len() % 2 == 0 {
-            Input::Flowing
-        } else {
-            Input::Paused
-        };
+        let input = if chunk.len() % 2 == 0 { Input::Flowing } else { Input::Paused };
         let mut cutter = splitter.cut(&mut buffer, chunk.len(), input);
         while let Some(frame) = cutter.next(&mut checker) {
             assert_eq!(frame.bytes.len(), frame.header.frame_len());

@@ -2,27 +2,33 @@
 
 use std::ops::{Index, IndexMut};
 
-/// Why a frame was not delivered. Those of the first group count on the link it came from, those
-/// of the second on the link it would have gone to.
+/// Why a frame was not delivered. Counts on the link it would have gone to, or on the one it came
+/// from where that is said.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum DropReason {
-    /// Directed at somebody who was heard on no other link (rules 36-39).
+    /// Directed at somebody who was heard on no other link (rules 36-39); counts where it came from.
     NoRoute,
-    /// SETUP_SIGNING, which carries a secret key (rule 47).
+    /// SETUP_SIGNING, which carries a secret key (rule 47); counts where it came from.
     SetupSigning,
     /// The source was just heard on this link (rule 49).
     Loop,
     /// The queue had no room for it.
     QueueFull,
+    /// The same message of the same source went there a moment ago, and is capped.
+    RateCap,
+    /// It had come over another link already (rule 49); counts on the link it came from.
+    Duplicate,
 }
 
 impl DropReason {
     /// All of them, in the order of their declaration.
-    pub const ALL: [Self; 4] = [
+    pub const ALL: [Self; 6] = [
         Self::NoRoute,
         Self::SetupSigning,
         Self::Loop,
         Self::QueueFull,
+        Self::RateCap,
+        Self::Duplicate,
     ];
 }
 

@@ -17,11 +17,7 @@ pub struct LinkId(u16);
 impl LinkId {
     /// The link with this number, if there may be one.
     pub const fn new(number: usize) -> Option<Self> {
-        if number < MAX_LINKS {
-            Some(Self(number as u16))
-        } else {
-            None
-        }
+        if number < MAX_LINKS { Some(Self(number as u16)) } else { None }
     }
 
     /// The number, for tables.
@@ -154,10 +150,7 @@ mod tests {
     use super::*;
 
     fn set(numbers: &[usize]) -> LinkSet {
-        numbers
-            .iter()
-            .filter_map(|number| LinkId::new(*number))
-            .collect()
+        numbers.iter().filter_map(|number| LinkId::new(*number)).collect()
     }
 
     #[test]

@@ -5,18 +5,27 @@
 //! project's routing rules.
 
 mod counters;
+mod dedup;
+mod group;
+mod learning;
 mod link_set;
 mod options;
+mod pacer;
+mod port;
 mod queue;
+mod rate_limit;
 mod route_table;
 mod router;
 mod sequence;
 mod time;
 
 pub use counters::{DropReason, LinkCounters};
+pub use group::{GroupId, Membership, Quality};
 pub use link_set::{LinkId, LinkSet, MAX_LINKS};
-pub use options::{LOOP_WINDOW, Learn, LinkOptions, RouterEvent, RouterOptions};
-pub use queue::{Frames, Full, Precedence, Queue, QueueLimits, fuzz_queue};
+pub use options::{Capacity, LOOP_WINDOW, Learn, LinkOptions, RouterEvent, RouterOptions};
+pub use port::Port;
+pub use queue::{Frames, Full, Packed, Precedence, Queue, QueueLimits, fuzz_queue};
+pub use rate_limit::RateCap;
 pub use route_table::{Heard, KnownComponent, MAX_COMPONENTS, RouteTable};
 pub use router::Router;
 pub use sequence::Sequence;

@@ -2,8 +2,9 @@
 
 use std::time::Duration;
 
+use super::group::Membership;
 use super::link_set::LinkId;
-use super::queue::QueueLimits;
+use super::rate_limit::RateCap;
 use crate::mavlink::Component;
 
 /// How long a source's frames stay off a link on which it was heard itself (rule 49).
@@ -33,22 +34,54 @@ pub struct RouterOptions {
 
 impl Default for RouterOptions {
     fn default() -> Self {
-        Self {
-            learn: Learn::All,
-            strict: false,
-            route_age: Some(Duration::from_secs(300)),
-        }
+        Self { learn: Learn::All, strict: false, route_age: Some(Duration::from_secs(300)) }
     }
 }
 
 /// What the router must know of a link.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug)]
 pub struct LinkOptions {
-    /// How much may wait for it.
-    pub queue: QueueLimits,
+    /// How much may wait for it, and at which pace it leaves.
+    pub capacity: Capacity,
     /// Whether SETUP_SIGNING may come and go here; both links must allow it (rule 47).
     pub forward_setup_signing: bool,
+    /// Messages that are sent here less often than they come.
+    pub caps: Vec<RateCap>,
+    /// Its place among links that lead the same way.
+    pub membership: Option<Membership>,
+    /// What comes from here is dropped if it came over another such link within this time; 1 s at
+    /// most (rule 49).
+    pub dedup: Option<Duration>,
 }
+
+/// How much may wait for a link.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Capacity {
+    /// So many bytes; they leave as fast as the system takes them.
+    Bytes(usize),
+    /// What a line carries in a time.
+    Paced {
+        /// Bytes a second.
+        rate: u32,
+        /// How long a frame may wait.
+        queue_time: Duration,
+    },
+}
+
+impl Default for LinkOptions {
+    fn default() -> Self {
+        Self {
+            capacity: Capacity::Bytes(DEFAULT_QUEUE),
+            forward_setup_signing: false,
+            caps: Vec::new(),
+            membership: None,
+            dedup: None,
+        }
+    }
+}
+
+/// How much may wait for a link without a pace, in bytes; the system's own buffers come on top.
+const DEFAULT_QUEUE: usize = 32 * 1_024;
 
 /// Something happened that a person wants to be told.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

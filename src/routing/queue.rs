@@ -19,28 +19,29 @@ pub struct Full;
 pub enum Precedence {
     /// Broadcast telemetry: the next one replaces it soon.
     Routine,
-    /// Directed frames, heartbeats, acknowledgements: somebody waits for them.
+    /// Heartbeats and acknowledgements that name nobody: somebody waits for them.
+    Priority,
+    /// Directed frames: only this one will do.
     Immediate,
 }
 
 /// How much may wait in a queue, in bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct QueueLimits {
+    /// For routine frames: what is above is kept free for the others.
+    pub routine: usize,
+    /// For priority frames, likewise.
+    pub priority: usize,
     /// For all frames.
     pub total: usize,
-    /// For routine frames: what is above is kept free for immediate ones.
-    pub routine: usize,
 }
 
 impl QueueLimits {
-    /// Room for `total` bytes, a quarter of it for immediate frames only; at least four of the
+    /// Room for `total` bytes, a part of it for those who need it more; at least for three of the
     /// longest frames in all.
     pub fn with_total(total: usize) -> Self {
-        let total = total.max(4 * MAX_FRAME);
-        Self {
-            total,
-            routine: total / 4 * 3,
-        }
+        let total = total.max(3 * MAX_FRAME);
+        Self { routine: total * 6 / 10, priority: total * 8 / 10, total }
     }
 }
 
@@ -59,11 +60,7 @@ impl Queue {
     ///
     /// If `limits.total` is zero.
     pub fn new(limits: QueueLimits) -> Self {
-        Self {
-            ring: LocalRb::new(limits.total),
-            limits,
-            torn: 0,
-        }
+        Self { ring: LocalRb::new(limits.total), limits, torn: 0 }
     }
 
     /// Takes a frame in, whole.
@@ -75,6 +72,7 @@ impl Queue {
     pub fn push(&mut self, frame: &[u8], precedence: Precedence) -> Result<(), Full> {
         let limit = match precedence {
             Precedence::Routine => self.limits.routine,
+            Precedence::Priority => self.limits.priority,
             Precedence::Immediate => self.limits.total,
         };
         if self.len() + frame.len() > limit {
@@ -104,6 +102,40 @@ impl Queue {
     /// Everything that waits, in two pieces, for a stream.
     pub fn as_slices(&mut self) -> (&[u8], &[u8]) {
         self.ring.as_slices()
+    }
+
+    /// The first `count` bytes that wait, in two pieces.
+    pub fn head(&mut self, count: usize) -> (&[u8], &[u8]) {
+        let (first, second) = self.ring.as_slices();
+        let from_first = count.min(first.len());
+        let from_second = (count - from_first).min(second.len());
+        (&first[..from_first], &second[..from_second])
+    }
+
+    /// How many bytes to send if a frame may begin only within the first `budget` bytes.
+    pub fn whole_frames_within(&mut self, budget: usize) -> usize {
+        if budget >= self.len() {
+            return self.len();
+        }
+        let mut end = self.torn;
+        let mut frames = self.frames();
+        while end < budget
+            && let Some((first, second)) = frames.next()
+        {
+            end += first.len() + second.len();
+        }
+        end
+    }
+
+    /// How much may wait.
+    pub fn limits(&self) -> QueueLimits {
+        self.limits
+    }
+
+    /// Changes how much may wait, up to what the queue was made for. What waits already stays.
+    pub fn set_limits(&mut self, limits: QueueLimits) {
+        let total = limits.total.min(self.ring.capacity().get());
+        self.limits = QueueLimits { total, ..limits };
     }
 
     /// The frames that wait, each in two pieces (the second mostly empty), for datagrams.
@@ -145,6 +177,29 @@ impl Queue {
     }
 }
 
+/// Frames joined to datagrams; see [`Frames::packed`].
+#[derive(Clone, Copy, Debug)]
+pub struct Packed<'a> {
+    frames: Frames<'a>,
+    longest: usize,
+}
+
+impl<'a> Iterator for Packed<'a> {
+    type Item = (&'a [u8], &'a [u8]);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let mut ahead = self.frames;
+        let len = |(first, second): (&[u8], &[u8])| first.len() + second.len();
+        let mut end = len(ahead.next()?);
+        while let Some(more) = ahead.next().map(len)
+            && end + more <= self.longest
+        {
+            end += more;
+        }
+        Some(self.frames.cut(end))
+    }
+}
+
 /// Walks over the frames of a queue.
 #[derive(Clone, Copy, Debug)]
 pub struct Frames<'a> {
@@ -153,21 +208,20 @@ pub struct Frames<'a> {
 }
 
 impl<'a> Frames<'a> {
+    /// Joins frames that follow each other to datagrams of at most `longest` bytes; a frame that is
+    /// longer goes alone.
+    pub fn packed(self, longest: usize) -> Packed<'a> {
+        Packed { frames: self, longest }
+    }
+
     fn cut(&mut self, len: usize) -> (&'a [u8], &'a [u8]) {
         let from_first = len.min(self.first.len());
         let (head, rest) = self.first.split_at(from_first);
         let (tail, second) = self.second.split_at(len - from_first);
-        (self.first, self.second) = if rest.is_empty() {
-            (second, &second[..0])
-        } else {
-            (rest, second)
-        };
+        (self.first, self.second) =
+            if rest.is_empty() { (second, &second[..0]) } else { (rest, second) };
         // A frame may begin in the second piece only.
-        if head.is_empty() {
-            (tail, &[])
-        } else {
-            (head, tail)
-        }
+        if head.is_empty() { (tail, &[]) } else { (head, tail) }
     }
 
     fn byte(&self, at: usize) -> Option<u8> {
@@ -199,10 +253,7 @@ pub fn fuzz_queue(data: &[u8]) {
             let mut frame = vec![step as u8; usize::from(operation[1]) + 12];
             frame[..3].copy_from_slice(&[crate::mavlink::STX_V2, operation[1], 0]);
             let fits = queue.push(&frame, Precedence::Immediate).is_ok();
-            assert_eq!(
-                fits,
-                model.concat().len() - sent + frame.len() <= queue.limits.total
-            );
+            assert_eq!(fits, model.concat().len() - sent + frame.len() <= queue.limits.total);
             model.extend(fits.then_some(frame));
         } else {
             let count = usize::from(operation[1]) * 8 % (queue.len() + 1);
@@ -231,15 +282,37 @@ mod tests {
 
     #[test]
     fn rule_43_a_frame_goes_in_whole_or_not_at_all() {
-        let mut queue = Queue::new(QueueLimits {
-            total: 100,
-            routine: 60,
-        });
+        let mut queue = Queue::new(QueueLimits { routine: 60, priority: 80, total: 100 });
         assert_eq!(queue.push(&frame(38), Precedence::Routine), Ok(()));
         assert_eq!(queue.push(&frame(0), Precedence::Routine), Err(Full));
-        assert_eq!(queue.push(&frame(38), Precedence::Immediate), Ok(()));
+        assert_eq!(queue.push(&frame(3), Precedence::Priority), Ok(()));
+        assert_eq!(queue.push(&frame(10), Precedence::Priority), Err(Full));
+        assert_eq!(queue.push(&frame(23), Precedence::Immediate), Ok(()));
         assert_eq!(queue.push(&frame(0), Precedence::Immediate), Err(Full));
         assert_eq!(queue.len(), 100);
+    }
+
+    #[test]
+    fn a_budget_lets_whole_frames_begin() {
+        let mut queue = Queue::new(QueueLimits::with_total(0));
+        for _ in 0..3 {
+            queue.push(&frame(8), Precedence::Routine).unwrap();
+        }
+        let sendable = [0, 1, 20, 21, 40, 41, 99].map(|budget| queue.whole_frames_within(budget));
+        assert_eq!(sendable, [0, 20, 20, 40, 40, 60, 60]);
+        queue.consume(5);
+        assert_eq!(queue.whole_frames_within(1), 15, "the rest of the torn one");
+        assert_eq!(queue.head(15).0.len(), 15);
+    }
+
+    #[test]
+    fn frames_are_packed_into_datagrams() {
+        let mut queue = Queue::new(QueueLimits::with_total(0));
+        for len in [8, 8, 8, 200, 8] {
+            queue.push(&frame(len), Precedence::Routine).unwrap();
+        }
+        let packed = queue.frames().packed(45).map(|(a, b)| a.len() + b.len());
+        assert_eq!(packed.collect::<Vec<_>>(), [40, 20, 212, 20]);
     }
 
     #[test]

@@ -85,9 +85,7 @@ impl RouteTable {
     /// What is known of the components of a system.
     pub fn system(&self, system: u8) -> impl Iterator<Item = &KnownComponent> {
         let numbers = &self.systems[usize::from(system)];
-        numbers
-            .iter()
-            .map(|number| &self.known[usize::from(*number)])
+        numbers.iter().map(|number| &self.known[usize::from(*number)])
     }
 
     /// Adds a component that was not known, heard now for the first time.
@@ -105,10 +103,7 @@ impl RouteTable {
             self.make_room(heard.last, &mut lost)?;
         }
         let number = self.known.len() as u16;
-        self.known.push(KnownComponent {
-            component,
-            heard: vec![heard],
-        });
+        self.known.push(KnownComponent { component, heard: vec![heard] });
         self.index[component.index()] = number + 1;
         self.systems[usize::from(component.system)].push(number);
         Ok(())
@@ -143,11 +138,7 @@ impl RouteTable {
         }
         self.searched = Some(now);
         self.forget(|heard| now.since(heard.last) >= REPLACEABLE_AFTER, lost);
-        if self.known.len() < MAX_COMPONENTS {
-            Ok(())
-        } else {
-            Err(TableFull)
-        }
+        if self.known.len() < MAX_COMPONENTS { Ok(()) } else { Err(TableFull) }
     }
 
     /// Takes out a component; the last one moves to its number.
@@ -159,10 +150,7 @@ impl RouteTable {
             let from = self.known.len() as u16;
             self.index[moved.component.index()] = number as u16 + 1;
             let system = &mut self.systems[usize::from(moved.component.system)];
-            system
-                .iter_mut()
-                .filter(|n| **n == from)
-                .for_each(|n| *n = number as u16);
+            system.iter_mut().filter(|n| **n == from).for_each(|n| *n = number as u16);
         }
     }
 }
@@ -178,11 +166,7 @@ impl KnownComponent {
     #[inline]
     pub fn routes(&self, oldest: Time) -> LinkSet {
         let is_fresh = |heard: &&Heard| heard.is_route && heard.last >= oldest;
-        self.heard
-            .iter()
-            .filter(is_fresh)
-            .map(|heard| heard.link)
-            .collect()
+        self.heard.iter().filter(is_fresh).map(|heard| heard.link).collect()
     }
 
     /// What was heard of it on a link.

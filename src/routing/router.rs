@@ -4,36 +4,33 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::counters::{DropReason, LinkCounters};
+use super::dedup::Dedup;
+use super::group::{Group, Quality};
 use super::link_set::{LinkId, LinkSet, MAX_LINKS};
-use super::options::{LOOP_WINDOW, Learn, LinkOptions, RouterEvent, RouterOptions};
-use super::queue::{Precedence, Queue};
-use super::route_table::{Heard, RouteTable};
-use super::sequence::Sequence;
+use super::options::{LOOP_WINDOW, LinkOptions, RouterEvent, RouterOptions};
+use super::port::Port;
+use super::queue::Precedence;
+use super::route_table::RouteTable;
 use super::time::Time;
 use crate::mavlink::{CheckedFrame, Component, MessageId};
 
-/// The router's side of a link.
-struct Port {
-    options: LinkOptions,
-    queue: Queue,
-    counters: LinkCounters,
-}
-
 /// Frames in, frames out; see the module.
 pub struct Router {
-    options: RouterOptions,
+    pub(super) options: RouterOptions,
     /// By number. Invariant: occupied exactly for the members of `links`.
-    ports: Vec<Option<Port>>,
+    pub(super) ports: Vec<Option<Port>>,
     links: LinkSet,
-    table: RouteTable,
+    pub(super) table: RouteTable,
+    groups: Vec<Group>,
+    dedup: Dedup,
     /// Links that got something since they were last asked for.
     dirty: LinkSet,
     /// Links whose queues are filling.
     filling: LinkSet,
     has_filling: bool,
-    events: VecDeque<RouterEvent>,
+    pub(super) events: VecDeque<RouterEvent>,
     /// When routes may be too old.
-    next_aging: Option<Time>,
+    pub(super) next_aging: Option<Time>,
 }
 
 /// How many events wait to be fetched; what comes on top is not told.
@@ -47,6 +44,8 @@ impl Router {
             ports: Vec::new(),
             links: LinkSet::EMPTY,
             table: RouteTable::new(),
+            groups: Vec::new(),
+            dedup: Dedup::new(),
             dirty: LinkSet::EMPTY,
             filling: LinkSet::EMPTY,
             has_filling: false,
@@ -56,14 +55,15 @@ impl Router {
     }
 
     /// Adds a link; `None` if there are [`MAX_LINKS`] already.
-    pub fn add_link(&mut self, options: LinkOptions) -> Option<LinkId> {
+    pub fn add_link(&mut self, options: LinkOptions, now: Time) -> Option<LinkId> {
         let link = self.links.first_absent()?;
-        let queue = Queue::new(options.queue);
-        let port = Port {
-            options,
-            queue,
-            counters: LinkCounters::default(),
-        };
+        if let Some(membership) = options.membership {
+            let group = usize::from(membership.group.0);
+            let groups = self.groups.len().max(group + 1);
+            self.groups.resize_with(groups, Group::default);
+            self.groups[group].add(link, membership);
+        }
+        let port = Port::new(options, now);
         if link.index() == self.ports.len() {
             self.ports.push(Some(port));
         } else {
@@ -82,6 +82,7 @@ impl Router {
         self.dirty.remove(link);
         self.filling.remove(link);
         self.ports[link.index()] = None;
+        self.groups.iter_mut().for_each(|group| group.remove(link));
         let events = &mut self.events;
         self.table.forget(
             |heard| heard.link == link,
@@ -99,39 +100,62 @@ impl Router {
         };
         port.counters.frames_in += 1;
         port.counters.bytes_in += frame.bytes.len() as u64;
-        self.learn(link, frame, now);
-        let mut destinations = self.destinations(link, frame, now);
-        if destinations.is_empty() {
-            if frame.is_directed() {
-                self.count_drop(link, DropReason::NoRoute);
+        let window = port.options.dedup;
+        let is_copy =
+            window.is_some_and(|window| self.dedup.is_copy(frame.bytes, link, window, now));
+        self.learn(link, frame, is_copy, now);
+        if is_copy {
+            return self.count_drop(link, DropReason::Duplicate);
+        }
+        let destinations = self.destinations(link, frame, now);
+        if !destinations.is_empty() {
+            self.deliver(frame, destinations, now);
+        }
+    }
+
+    /// Where a frame from `link` goes, whether or not there is room (rules 33-39, 47 and 49).
+    fn destinations(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) -> LinkSet {
+        let candidates =
+            if frame.is_directed() { self.routes_to(frame.target, now) } else { self.links };
+        let mut destinations = candidates - LinkSet::of(link);
+        if !self.groups.is_empty() {
+            destinations = self.choose_paths(link, destinations, now);
+        }
+        if let Some(source) = self.table.find(frame.header.source) {
+            for heard in &source.heard {
+                let is_recent = now.since(heard.last) < LOOP_WINDOW;
+                if is_recent && destinations.contains(heard.link) {
+                    destinations.remove(heard.link);
+                    count_drop(&mut self.ports, heard.link, DropReason::Loop);
+                }
             }
-            return;
+        }
+        if destinations.is_empty() && frame.is_directed() {
+            self.count_drop(link, DropReason::NoRoute);
         }
         if frame.header.id == MessageId::SETUP_SIGNING {
             destinations = self.permit_setup_signing(link, destinations);
         }
-        self.deliver(frame, destinations);
+        destinations
     }
 
-    /// Where a frame from `link` goes, whether or not there is room (rules 33-39 and 49).
-    fn destinations(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) -> LinkSet {
-        let candidates = if frame.is_directed() {
-            self.routes_to(frame.target, now)
-        } else {
-            self.links
+    /// Leaves out the sender's group, and lets each other group choose its paths.
+    fn choose_paths(&mut self, link: LinkId, candidates: LinkSet, now: Time) -> LinkSet {
+        let own = self.port(link).and_then(|port| port.options.membership);
+        let mut chosen = candidates;
+        let ports = &self.ports;
+        let quality = |link: LinkId| {
+            ports[link.index()].as_ref().map_or_else(Quality::default, Port::quality)
         };
-        let mut destinations = candidates - LinkSet::of(link);
-        let Some(source) = self.table.find(frame.header.source) else {
-            return destinations;
-        };
-        for heard in &source.heard {
-            let is_recent = now.since(heard.last) < LOOP_WINDOW;
-            if is_recent && destinations.contains(heard.link) {
-                destinations.remove(heard.link);
-                count_drop(&mut self.ports, heard.link, DropReason::Loop);
+        for (number, group) in self.groups.iter_mut().enumerate() {
+            let through = candidates & group.links();
+            chosen = chosen - group.links();
+            let is_own = own.is_some_and(|own| usize::from(own.group.0) == number);
+            if !is_own && !through.is_empty() {
+                chosen = chosen | group.expand(through, now, quality);
             }
         }
-        destinations
+        chosen
     }
 
     /// The links that lead to a target (rules 36-38); the target's system is not 0.
@@ -149,82 +173,10 @@ impl Router {
         of_system.fold(LinkSet::EMPTY, |all, known| all | known.routes(oldest))
     }
 
-    /// Learns where the source of a frame is, and counts its losses (rules 8, 24, 35 and 51).
-    fn learn(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) {
-        let source = frame.header.source;
-        if !source.is_valid_source() {
-            self.count(link, |counters| &mut counters.invalid_sources);
-            return;
-        }
-        let is_heartbeat = frame.header.id == MessageId::HEARTBEAT;
-        let teaches = frame.verified && (self.options.learn == Learn::All || is_heartbeat);
-        if let Some(known) = self.table.find_mut(source) {
-            if let Some(heard) = known.on_mut(link) {
-                heard.sequence.handle(frame.header.seq);
-                if frame.verified {
-                    heard.last = now;
-                    heard.is_route |= teaches;
-                    self.check_restart(link, frame);
-                }
-            } else if frame.verified {
-                known.heard.push(first_heard(link, frame, teaches, now));
-                self.check_restart(link, frame);
-            }
-        } else if frame.verified {
-            self.learn_new(link, frame, teaches, now);
-        }
-    }
-
-    fn learn_new(&mut self, link: LinkId, frame: &CheckedFrame<'_>, teaches: bool, now: Time) {
-        let heard = first_heard(link, frame, teaches, now);
-        let source = frame.header.source;
-        let events = &mut self.events;
-        let lost = |component| push_event(events, RouterEvent::ComponentLost(component));
-        if self.table.add(source, heard, lost).is_err() {
-            self.count(link, |counters| &mut counters.unlearned);
-            return;
-        }
-        push_event(&mut self.events, RouterEvent::ComponentSeen(source, link));
-        self.check_restart(link, frame);
-        if let Some(age) = self.options.route_age {
-            self.next_aging.get_or_insert(now + age);
-        }
-    }
-
-    /// Rule 44: when time since boot runs backwards, the source started again, and its routes over
-    /// other links are forgotten.
-    fn check_restart(&mut self, link: LinkId, frame: &CheckedFrame<'_>) {
-        if frame.header.id != MessageId::SYSTEM_TIME {
-            return;
-        }
-        let boot_ms = u32::from_le_bytes([8, 9, 10, 11].map(|at| frame.payload_byte(at)));
-        let source = frame.header.source;
-        let Some(known) = self.table.find_mut(source) else {
-            return;
-        };
-        let Some(heard) = known.on_mut(link) else {
-            return;
-        };
-        let restarted = heard.boot_ms.is_some_and(|before| boot_ms < before);
-        heard.boot_ms = Some(boot_ms);
-        if restarted {
-            for other in known.heard.iter_mut().filter(|heard| heard.link != link) {
-                other.is_route = false;
-                other.boot_ms = None;
-            }
-            push_event(
-                &mut self.events,
-                RouterEvent::ComponentRestarted(source, link),
-            );
-        }
-    }
-
     /// Rule 47: SETUP_SIGNING passes only between links that both allow it.
     fn permit_setup_signing(&mut self, link: LinkId, destinations: LinkSet) -> LinkSet {
         let allows = |link: LinkId| {
-            self.ports[link.index()]
-                .as_ref()
-                .is_some_and(|p| p.options.forward_setup_signing)
+            self.ports[link.index()].as_ref().is_some_and(|p| p.options.forward_setup_signing)
         };
         let permitted = if allows(link) {
             destinations.iter().filter(|link| allows(*link)).collect()
@@ -237,20 +189,14 @@ impl Router {
         permitted
     }
 
-    fn deliver(&mut self, frame: &CheckedFrame<'_>, destinations: LinkSet) {
+    #[inline]
+    fn deliver(&mut self, frame: &CheckedFrame<'_>, destinations: LinkSet, now: Time) {
         let precedence = precedence(frame);
         for link in destinations.iter() {
-            let Some(Some(port)) = self.ports.get_mut(link.index()) else {
-                continue;
-            };
-            if port.queue.push(frame.bytes, precedence).is_err() {
-                port.counters[DropReason::QueueFull] += 1;
-                continue;
-            }
-            port.counters.frames_out += 1;
-            port.counters.bytes_out += frame.bytes.len() as u64;
+            let Some(Some(port)) = self.ports.get_mut(link.index()) else { continue };
+            port.offer(frame, precedence, now);
             self.dirty.insert(link);
-            if port.queue.is_filling() {
+            if port.is_filling() {
                 self.filling.insert(link);
                 self.has_filling = true;
             }
@@ -274,21 +220,20 @@ impl Router {
         std::mem::take(&mut self.filling)
     }
 
-    /// A link's queue, to be sent from.
+    /// A link's port, to be sent from.
     #[inline]
-    pub fn queue_mut(&mut self, link: LinkId) -> Option<&mut Queue> {
-        self.ports
-            .get_mut(link.index())?
-            .as_mut()
-            .map(|port| &mut port.queue)
+    pub fn port_mut(&mut self, link: LinkId) -> Option<&mut Port> {
+        self.ports.get_mut(link.index())?.as_mut()
+    }
+
+    /// A link's port.
+    pub fn port(&self, link: LinkId) -> Option<&Port> {
+        self.ports.get(link.index())?.as_ref()
     }
 
     /// What happened on a link.
     pub fn counters(&self, link: LinkId) -> Option<&LinkCounters> {
-        self.ports
-            .get(link.index())?
-            .as_ref()
-            .map(|port| &port.counters)
+        self.port(link).map(Port::counters)
     }
 
     /// All links.
@@ -322,18 +267,14 @@ impl Router {
             |heard| now.since(heard.last) > age,
             |component| push_event(events, RouterEvent::ComponentLost(component)),
         );
-        let heard = self
-            .table
-            .components()
-            .iter()
-            .flat_map(|known| &known.heard);
+        let heard = self.table.components().iter().flat_map(|known| &known.heard);
         // Not more often than once a second, however the ages are spread.
         let earliest = now + Duration::from_secs(1);
         let oldest = heard.map(|heard| heard.last).min();
         self.next_aging = oldest.map(|oldest| (oldest + age).max(earliest));
     }
 
-    fn count(&mut self, link: LinkId, counter: impl Fn(&mut LinkCounters) -> &mut u64) {
+    pub(super) fn count(&mut self, link: LinkId, counter: impl Fn(&mut LinkCounters) -> &mut u64) {
         if let Some(Some(port)) = self.ports.get_mut(link.index()) {
             *counter(&mut port.counters) += 1;
         }
@@ -350,37 +291,34 @@ fn count_drop(ports: &mut [Option<Port>], link: LinkId, reason: DropReason) {
     }
 }
 
-fn push_event(events: &mut VecDeque<RouterEvent>, event: RouterEvent) {
+pub(super) fn push_event(events: &mut VecDeque<RouterEvent>, event: RouterEvent) {
     if events.len() < MAX_EVENTS {
         events.push_back(event);
-    }
-}
-
-fn first_heard(link: LinkId, frame: &CheckedFrame<'_>, is_route: bool, now: Time) -> Heard {
-    let mut sequence = Sequence::default();
-    sequence.handle(frame.header.seq);
-    Heard {
-        link,
-        last: now,
-        is_route,
-        sequence,
-        boot_ms: None,
     }
 }
 
 /// What somebody waits for, and what the next frame replaces.
 #[inline]
 fn precedence(frame: &CheckedFrame<'_>) -> Precedence {
-    let is_awaited = matches!(
-        frame.header.id,
-        MessageId::HEARTBEAT | MessageId::COMMAND_ACK
-    );
-    if frame.is_directed() || is_awaited {
+    if frame.is_directed() {
         Precedence::Immediate
+    } else if PRIORITY.contains(&frame.header.id) {
+        Precedence::Priority
     } else {
         Precedence::Routine
     }
 }
+
+/// Messages that may come without a target though somebody waits for them: HEARTBEAT, PARAM_VALUE,
+/// MISSION_ACK, COMMAND_ACK, PARAM_EXT_VALUE, PARAM_EXT_ACK.
+const PRIORITY: [MessageId; 6] = [
+    MessageId::HEARTBEAT,
+    MessageId(22),
+    MessageId(47),
+    MessageId::COMMAND_ACK,
+    MessageId(322),
+    MessageId(324),
+];
 
 // The number of a link indexes a table of at most this length.
 const _: () = assert!(MAX_LINKS <= u16::MAX as usize);

@@ -11,19 +11,22 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// Takes the next frame's sequence number into account.
-    pub fn handle(&mut self, seq: u8) {
+    /// Takes the next frame's sequence number into account; says how many frames are missing
+    /// before it.
+    pub fn handle(&mut self, seq: u8) -> u8 {
         self.received += 1;
         let Some(last) = self.last else {
             self.last = Some(seq);
-            return;
+            return 0;
         };
         let gap = seq.wrapping_sub(last).wrapping_sub(1);
         // The other half of the circle: late, a duplicate, or a sender that started again.
-        if gap < 128 {
-            self.lost += u64::from(gap);
-            self.last = Some(seq);
+        if gap >= 128 {
+            return 0;
         }
+        self.lost += u64::from(gap);
+        self.last = Some(seq);
+        gap
     }
 }
 
@@ -33,7 +36,8 @@ mod tests {
 
     fn lost(numbers: &[u8]) -> u64 {
         let mut sequence = Sequence::default();
-        numbers.iter().for_each(|seq| sequence.handle(*seq));
+        let gaps: u64 = numbers.iter().map(|seq| u64::from(sequence.handle(*seq))).sum();
+        assert_eq!(gaps, sequence.lost);
         assert_eq!(sequence.received, numbers.len() as u64);
         sequence.lost
     }

@@ -66,16 +66,9 @@ fn rule_10_a_target_that_was_cut_off_is_everybody() {
         targeted += 1;
         let payload = payload(definition);
         let cut = &payload[..usize::from(system)];
-        assert_eq!(
-            read(definition, Version::V2, cut).target.system,
-            0,
-            "{definition:?}"
-        );
+        assert_eq!(read(definition, Version::V2, cut).target.system, 0, "{definition:?}");
     }
-    assert!(
-        targeted > 119,
-        "today's 119 targeted messages and the retired ones"
-    );
+    assert!(targeted > 119, "today's 119 targeted messages and the retired ones");
 }
 
 #[test]

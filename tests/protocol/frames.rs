@@ -16,18 +16,7 @@ pub(crate) fn frame(
     let (id, crc_extra) = key;
     let id = MessageId(id);
     let mut out = Vec::new();
-    encode(
-        &FrameSpec {
-            version,
-            seq,
-            source,
-            id,
-            crc_extra,
-            payload,
-            signature: None,
-        },
-        &mut out,
-    );
+    encode(&FrameSpec { version, seq, source, id, crc_extra, payload, signature: None }, &mut out);
     out
 }
 
@@ -68,11 +57,7 @@ impl Receiver {
     pub(crate) fn new() -> Self {
         let checker = Checker::new(Dialect::builtin());
         let buffer = vec![0xa5; Splitter::CARRY + 65_536];
-        Self {
-            checker,
-            splitter: Splitter::new(),
-            buffer,
-        }
+        Self { checker, splitter: Splitter::new(), buffer }
     }
 
     /// Hands out the frames of `bytes` as they are cut.
@@ -144,13 +129,7 @@ impl Random {
 /// A telemetry stream as vehicles send it: `count` frames of several kinds, versions and sources.
 pub(crate) fn telemetry(count: usize, random: &mut Random) -> Vec<Vec<u8>> {
     // HEARTBEAT, ATTITUDE, GLOBAL_POSITION_INT, FILE_TRANSFER_PROTOCOL, COMMAND_LONG.
-    let kinds = [
-        (0, 50, 9),
-        (30, 39, 28),
-        (33, 104, 28),
-        (110, 84, 254),
-        (76, 152, 33),
-    ];
+    let kinds = [(0, 50, 9), (30, 39, 28), (33, 104, 28), (110, 84, 254), (76, 152, 33)];
     let mut frames = Vec::new();
     for number in 0..count {
         let (id, crc_extra, len) = kinds[random.below(kinds.len())];

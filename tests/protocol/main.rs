@@ -5,6 +5,8 @@
 
 mod every_message;
 mod frames;
+mod groups;
+mod loops;
 mod network;
 mod routing;
 mod streams;

@@ -3,7 +3,7 @@
 use crate::frames::{Receiver, frame, signed};
 use mavswitch::mavlink::{Component, Input, Version};
 use mavswitch::routing::{
-    LinkCounters, LinkId, LinkOptions, QueueLimits, Router, RouterOptions, Time,
+    Capacity, LinkCounters, LinkId, LinkOptions, Router, RouterOptions, Time,
 };
 use std::time::Duration;
 
@@ -14,10 +14,7 @@ pub(crate) struct Network {
 
 impl Network {
     pub(crate) fn new(options: RouterOptions) -> Self {
-        Self {
-            router: Router::new(options),
-            now: Time::from_millis(1_000_000),
-        }
+        Self { router: Router::new(options), now: Time::from_millis(1_000_000) }
     }
 
     /// A router as it comes, with so many links.
@@ -28,13 +25,12 @@ impl Network {
     }
 
     pub(crate) fn link(&mut self) -> LinkId {
-        let queue = QueueLimits::with_total(65_536);
-        self.router
-            .add_link(LinkOptions {
-                queue,
-                forward_setup_signing: false,
-            })
-            .unwrap()
+        let capacity = Capacity::Bytes(65_536);
+        self.link_with(LinkOptions { capacity, ..LinkOptions::default() })
+    }
+
+    pub(crate) fn link_with(&mut self, options: LinkOptions) -> LinkId {
+        self.router.add_link(options, self.now).unwrap()
     }
 
     pub(crate) fn pass(&mut self, seconds: u64) {
@@ -70,10 +66,10 @@ impl Network {
 
     /// What waits for a link, taken out.
     pub(crate) fn sent(&mut self, link: LinkId) -> Vec<u8> {
-        let queue = self.router.queue_mut(link).unwrap();
-        let (first, second) = queue.as_slices();
+        let port = self.router.port_mut(link).unwrap();
+        let (first, second) = port.head(usize::MAX);
         let bytes = [first, second].concat();
-        queue.consume(bytes.len());
+        port.consume(bytes.len());
         bytes
     }
 

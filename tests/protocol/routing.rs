@@ -3,7 +3,7 @@
 use crate::frames::{Receiver, frame};
 use crate::network::*;
 use mavswitch::mavlink::{Component, Dialect, Target, Version};
-use mavswitch::routing::{DropReason, Learn, LinkOptions, QueueLimits, RouterEvent, RouterOptions};
+use mavswitch::routing::{Capacity, DropReason, Learn, LinkOptions, RouterEvent, RouterOptions};
 
 #[test]
 fn rule_33_a_broadcast_goes_to_every_link_but_its_own() {
@@ -38,10 +38,7 @@ fn rule_37_a_component_on_two_links_is_sent_to_on_both() {
     let (mut network, [radio, modem, station]) = Network::with_links();
     network.hears(radio, &heartbeat(VEHICLE));
     network.hears(modem, &heartbeat(VEHICLE));
-    assert_eq!(
-        network.hears(station, &command(STATION, VEHICLE)),
-        [radio, modem]
-    );
+    assert_eq!(network.hears(station, &command(STATION, VEHICLE)), [radio, modem]);
 }
 
 #[test]
@@ -51,36 +48,23 @@ fn rule_38_an_unknown_component_is_looked_for_on_the_links_of_its_system() {
     network.hears(camera, &heartbeat(CAMERA));
     let unknown = command(STATION, Component::new(1, 190));
     assert_eq!(network.hears(station, &unknown), [radio, camera]);
-    assert_eq!(
-        network.hears(station, &command(STATION, CAMERA)),
-        [camera],
-        "the exact pair"
-    );
+    assert_eq!(network.hears(station, &command(STATION, CAMERA)), [camera], "the exact pair");
 }
 
 #[test]
 fn rule_38_strict_sends_nothing_to_an_unknown_component() {
-    let mut network = Network::new(RouterOptions {
-        strict: true,
-        ..RouterOptions::default()
-    });
+    let mut network = Network::new(RouterOptions { strict: true, ..RouterOptions::default() });
     let (radio, station) = (network.link(), network.link());
     network.hears(radio, &heartbeat(VEHICLE));
     assert_eq!(network.hears(station, &command(STATION, CAMERA)), []);
     assert_eq!(network.hears(station, &command(STATION, VEHICLE)), [radio]);
-    assert_eq!(
-        network.hears(station, &command(STATION, Component::new(1, 0))),
-        [radio]
-    );
+    assert_eq!(network.hears(station, &command(STATION, Component::new(1, 0))), [radio]);
 }
 
 #[test]
 fn rule_38_a_frame_for_an_unknown_system_goes_nowhere_and_is_counted() {
     let (mut network, [_radio, station]) = Network::with_links();
-    assert_eq!(
-        network.hears(station, &command(STATION, Component::new(9, 1))),
-        []
-    );
+    assert_eq!(network.hears(station, &command(STATION, Component::new(9, 1))), []);
     assert_eq!(network.counters(station)[DropReason::NoRoute], 1);
 }
 
@@ -117,10 +101,7 @@ fn rule_24_only_a_full_check_teaches_a_route() {
     network.receive_by(&mut receiver, radio, &unknown);
     assert!(network.router.table().find(VEHICLE).is_none());
     network.receive_by(&mut receiver, radio, &unknown);
-    assert!(
-        network.router.table().find(VEHICLE).is_some(),
-        "the second one confirms it"
-    );
+    assert!(network.router.table().find(VEHICLE).is_some(), "the second one confirms it");
     network.delivered();
     assert_eq!(network.hears(station, &command(STATION, VEHICLE)), [radio]);
 }
@@ -162,10 +143,7 @@ fn rule_44_aged_components_are_forgotten_and_told_of() {
     let (mut network, [radio, _station]) = Network::with_links();
     assert_eq!(network.router.poll_timeout(), None);
     network.hears(radio, &heartbeat(VEHICLE));
-    assert_eq!(
-        network.router.poll_event(),
-        Some(RouterEvent::ComponentSeen(VEHICLE, radio))
-    );
+    assert_eq!(network.router.poll_event(), Some(RouterEvent::ComponentSeen(VEHICLE, radio)));
     network.pass(200);
     network.hears(radio, &heartbeat(VEHICLE));
     network.pass(200);
@@ -175,10 +153,7 @@ fn rule_44_aged_components_are_forgotten_and_told_of() {
     assert_eq!(next.since(network.now).as_secs(), 100);
     network.pass(101);
     network.router.handle_timeout(network.now);
-    assert_eq!(
-        network.router.poll_event(),
-        Some(RouterEvent::ComponentLost(VEHICLE))
-    );
+    assert_eq!(network.router.poll_event(), Some(RouterEvent::ComponentLost(VEHICLE)));
     assert_eq!(network.router.poll_timeout(), None);
 }
 
@@ -188,10 +163,7 @@ fn rule_44_a_restart_clears_the_routes_over_other_links() {
     network.hears(radio, &system_time(VEHICLE, 50_000));
     network.hears(modem, &system_time(VEHICLE, 50_000));
     network.hears(radio, &system_time(VEHICLE, 60_000));
-    assert_eq!(
-        network.hears(station, &command(STATION, VEHICLE)),
-        [radio, modem]
-    );
+    assert_eq!(network.hears(station, &command(STATION, VEHICLE)), [radio, modem]);
     network.hears(radio, &system_time(VEHICLE, 900));
     assert_eq!(network.hears(station, &command(STATION, VEHICLE)), [radio]);
 }
@@ -200,23 +172,13 @@ fn rule_44_a_restart_clears_the_routes_over_other_links() {
 fn rule_47_setup_signing_is_dropped_unless_both_links_allow_it() {
     let mut network = Network::new(RouterOptions::default());
     let mut link = |forward_setup_signing| {
-        let queue = QueueLimits::with_total(4_096);
-        network
-            .router
-            .add_link(LinkOptions {
-                queue,
-                forward_setup_signing,
-            })
-            .unwrap()
+        network.link_with(LinkOptions { forward_setup_signing, ..LinkOptions::default() })
     };
     let (wired, other_wired, radio) = (link(true), link(true), link(false));
     network.hears(wired, &heartbeat(VEHICLE));
     assert_eq!(network.hears(radio, &setup_signing(STATION, VEHICLE)), []);
     assert_eq!(network.counters(radio)[DropReason::SetupSigning], 1);
-    assert_eq!(
-        network.hears(other_wired, &setup_signing(STATION, VEHICLE)),
-        [wired]
-    );
+    assert_eq!(network.hears(other_wired, &setup_signing(STATION, VEHICLE)), [wired]);
     let to_everybody = setup_signing(VEHICLE, Component::new(0, 0));
     assert_eq!(network.hears(wired, &to_everybody), [other_wired]);
 }
@@ -225,18 +187,10 @@ fn rule_47_setup_signing_is_dropped_unless_both_links_allow_it() {
 fn rule_49_a_source_is_not_sent_to_a_link_where_it_was_just_heard() {
     let (mut network, [left, right, station]) = Network::with_links();
     network.hears(left, &heartbeat(VEHICLE));
-    assert_eq!(
-        network.hears(right, &heartbeat(VEHICLE)),
-        [station],
-        "the loop is cut"
-    );
+    assert_eq!(network.hears(right, &heartbeat(VEHICLE)), [station], "the loop is cut");
     assert_eq!(network.counters(left)[DropReason::Loop], 1);
     network.pass(5);
-    assert_eq!(
-        network.hears(right, &heartbeat(VEHICLE)),
-        [left, station],
-        "heard long ago"
-    );
+    assert_eq!(network.hears(right, &heartbeat(VEHICLE)), [left, station], "heard long ago");
 }
 
 #[test]
@@ -258,10 +212,7 @@ fn rule_51_loss_is_counted_per_source_and_link() {
 
 #[test]
 fn learning_can_be_left_to_heartbeats() {
-    let options = RouterOptions {
-        learn: Learn::Heartbeat,
-        ..RouterOptions::default()
-    };
+    let options = RouterOptions { learn: Learn::Heartbeat, ..RouterOptions::default() };
     let mut network = Network::new(options);
     let (radio, station) = (network.link(), network.link());
     network.hears(radio, &attitude(VEHICLE, 0));
@@ -273,26 +224,22 @@ fn learning_can_be_left_to_heartbeats() {
 #[test]
 fn rule_43_a_full_queue_refuses_whole_frames_and_keeps_room_for_directed_ones() {
     let mut network = Network::new(RouterOptions::default());
-    let queue = QueueLimits {
-        total: 400,
-        routine: 200,
-    };
-    let slow = network.router.add_link(LinkOptions {
-        queue,
-        forward_setup_signing: false,
-    });
-    let (slow, radio) = (slow.unwrap(), network.link());
+    let capacity = Capacity::Bytes(1_000);
+    let slow = network.link_with(LinkOptions { capacity, ..LinkOptions::default() });
+    let radio = network.link();
     network.receive(slow, &heartbeat(STATION));
     for seq in 0..20 {
         network.receive(radio, &attitude(VEHICLE, seq));
     }
-    network.receive(radio, &command(VEHICLE, STATION));
-    assert_eq!(network.counters(slow)[DropReason::QueueFull], 15);
-    let expected: Vec<u8> = (0..5).flat_map(|seq| attitude(VEHICLE, seq)).collect();
-    assert_eq!(
-        network.sent(slow),
-        [expected, command(VEHICLE, STATION)].concat()
-    );
+    network.receive(radio, &heartbeat(VEHICLE));
+    for _ in 0..9 {
+        network.receive(radio, &command(VEHICLE, STATION));
+    }
+    assert_eq!(network.counters(slow)[DropReason::QueueFull], 5 + 1);
+    let mut expected: Vec<Vec<u8>> = (0..15).map(|seq| attitude(VEHICLE, seq)).collect();
+    expected.push(heartbeat(VEHICLE));
+    expected.extend(vec![command(VEHICLE, STATION); 8]);
+    assert_eq!(network.sent(slow), expected.concat(), "first in, first out");
 }
 
 #[test]
@@ -313,10 +260,7 @@ fn the_table_of_components_is_bounded_and_keeps_those_that_speak() {
     network.receive(radio, &heartbeat(VEHICLE));
     network.pass(2);
     network.receive(radio, &heartbeat(CAMERA));
-    assert!(
-        network.router.table().find(CAMERA).is_some(),
-        "it takes the place of a silent one"
-    );
+    assert!(network.router.table().find(CAMERA).is_some(), "it takes the place of a silent one");
     assert!(network.router.table().find(VEHICLE).is_some());
 }
 
@@ -332,20 +276,13 @@ fn a_frame_of_every_published_message_finds_its_target_alone() {
             continue; // SETUP_SIGNING is not forwarded at all
         }
         let whole = frame(Version::V2, 0, STATION, key, &payload);
-        let expected: &[_] = if definition.target == Target::None {
-            &[vehicle, other]
-        } else {
-            &[vehicle]
-        };
+        let expected: &[_] =
+            if definition.target == Target::None { &[vehicle, other] } else { &[vehicle] };
         assert_eq!(network.hears(station, &whole), expected, "{definition:?}");
         if let Target::System(at) | Target::SystemComponent(at, _) = definition.target {
             payload.truncate(usize::from(at));
             let cut = frame(Version::V2, 0, STATION, key, &payload);
-            assert_eq!(
-                network.hears(station, &cut),
-                [vehicle, other],
-                "{definition:?}"
-            );
+            assert_eq!(network.hears(station, &cut), [vehicle, other], "{definition:?}");
         }
     }
 }

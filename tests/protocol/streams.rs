@@ -8,13 +8,7 @@ const HEARTBEAT: (u32, u8) = (0, 50);
 const FTP: (u32, u8) = (110, 84);
 
 fn heartbeat(seq: u8) -> Vec<u8> {
-    frame(
-        Version::V2,
-        seq,
-        VEHICLE,
-        HEARTBEAT,
-        &[0, 0, 0, 0, 2, 3, 81, 3, 3],
-    )
+    frame(Version::V2, seq, VEHICLE, HEARTBEAT, &[0, 0, 0, 0, 2, 3, 81, 3, 3])
 }
 
 /// A short stream with everything that hurts: noise, false starts, torn and damaged frames,
@@ -35,13 +29,7 @@ fn troubled_stream() -> Vec<u8> {
         torn_signature,
         heartbeat(10),
         damaged,
-        frame(
-            Version::V2,
-            5,
-            VEHICLE,
-            (54_321, 77),
-            &[STX_V1, 9, STX_V2, 9],
-        ),
+        frame(Version::V2, 5, VEHICLE, (54_321, 77), &[STX_V1, 9, STX_V2, 9]),
         frame(Version::V2, 6, VEHICLE, (54_321, 77), &[1, 2, 3]),
         vec![STX_V2; 5],
         frame(Version::V1, 7, VEHICLE, HEARTBEAT, &[STX_V1; 9]),
@@ -55,15 +43,9 @@ fn troubled_stream() -> Vec<u8> {
 fn every_possible_chunking_gives_the_same_frames() {
     let stream = troubled_stream();
     let expected = Receiver::new().receive_all(&stream);
-    let sequence: Vec<u8> = expected
-        .iter()
-        .map(|f| f[if f[0] == STX_V2 { 4 } else { 2 }])
-        .collect();
-    assert_eq!(
-        sequence,
-        [1, 2, 3, 9, 10, 5, 6, 7, 8],
-        "all whole frames, none of the wreckage"
-    );
+    let sequence: Vec<u8> =
+        expected.iter().map(|f| f[if f[0] == STX_V2 { 4 } else { 2 }]).collect();
+    assert_eq!(sequence, [1, 2, 3, 9, 10, 5, 6, 7, 8], "all whole frames, none of the wreckage");
     for first in 0..stream.len() {
         for second in first..stream.len() {
             let mut receiver = Receiver::new();
@@ -151,9 +133,8 @@ fn rule_17_damage_costs_the_damaged_frames_only() {
 
 #[test]
 fn a_stream_that_begins_in_mid_frame_loses_only_that_frame() {
-    let ftp: Vec<Vec<u8>> = (0..6)
-        .map(|seq| frame(Version::V2, seq, VEHICLE, FTP, &[STX_V2; 251]))
-        .collect();
+    let ftp: Vec<Vec<u8>> =
+        (0..6).map(|seq| frame(Version::V2, seq, VEHICLE, FTP, &[STX_V2; 251])).collect();
     let stream = ftp.concat();
     for cut in 0..300 {
         let taken = Receiver::new().receive_all(&stream[cut..]);
@@ -189,26 +170,14 @@ fn rule_18_a_pause_in_mid_frame_loses_nothing() {
 fn rule_19_unknown_frames_inside_a_damaged_one_are_not_believed() {
     let unknown = frame(Version::V2, 9, VEHICLE, (54_321, 77), &[1, 2, 3]);
     let known = heartbeat(9);
-    let mut outer = frame(
-        Version::V2,
-        1,
-        VEHICLE,
-        FTP,
-        &[&unknown[..], &known[..]].concat(),
-    );
+    let mut outer = frame(Version::V2, 1, VEHICLE, FTP, &[&unknown[..], &known[..]].concat());
     outer[10 + unknown.len() + known.len()] ^= 1;
     assert_eq!(Receiver::new().receive_all(&outer), [known]);
 }
 
 #[test]
 fn frames_inside_a_whole_frame_stay_inside() {
-    let outer = frame(
-        Version::V2,
-        1,
-        VEHICLE,
-        FTP,
-        &[heartbeat(1), heartbeat(2)].concat(),
-    );
+    let outer = frame(Version::V2, 1, VEHICLE, FTP, &[heartbeat(1), heartbeat(2)].concat());
     for size in 1..outer.len() {
         let mut receiver = Receiver::new();
         let mut taken = Vec::new();

@@ -16,11 +16,7 @@ struct Vector {
 }
 
 fn vectors() -> Vec<Vector> {
-    include_str!("../data/vectors.tsv")
-        .lines()
-        .skip(1)
-        .map(vector)
-        .collect()
+    include_str!("../data/vectors.tsv").lines().skip(1).map(vector).collect()
 }
 
 fn vector(line: &str) -> Vector {
@@ -28,11 +24,7 @@ fn vector(line: &str) -> Vector {
     let number = |index: usize| fields[index].parse::<u32>().unwrap();
     Vector {
         number: number(0),
-        version: if number(2) == 1 {
-            Version::V1
-        } else {
-            Version::V2
-        },
+        version: if number(2) == 1 { Version::V1 } else { Version::V2 },
         id: MessageId(number(3)),
         source: Component::new(number(4) as u8, number(5) as u8),
         seq: number(6) as u8,
@@ -54,47 +46,26 @@ const INCOMPATIBLE: u32 = 25;
 fn every_vector_is_read_as_the_table_says() {
     let vectors = vectors();
     assert_eq!(vectors.len(), 27);
-    for vector in vectors
-        .iter()
-        .filter(|vector| vector.number != INCOMPATIBLE)
-    {
+    for vector in vectors.iter().filter(|vector| vector.number != INCOMPATIBLE) {
         let taken = Receiver::new().receive(&vector.bytes, Input::Paused);
-        let [frame] = &taken[..] else {
-            panic!("vector {}: {taken:?}", vector.number)
-        };
+        let [frame] = &taken[..] else { panic!("vector {}: {taken:?}", vector.number) };
         let or_zero = |text: &str| text.parse::<i16>().unwrap().max(0) as u8;
         let target = Component::new(or_zero(&vector.target.0), or_zero(&vector.target.1));
         assert_eq!(frame.bytes, vector.bytes, "vector {}", vector.number);
-        assert_eq!(
-            frame.header.version, vector.version,
-            "vector {}",
-            vector.number
-        );
+        assert_eq!(frame.header.version, vector.version, "vector {}", vector.number);
         assert_eq!(frame.header.id, vector.id, "vector {}", vector.number);
-        assert_eq!(
-            frame.header.source, vector.source,
-            "vector {}",
-            vector.number
-        );
+        assert_eq!(frame.header.source, vector.source, "vector {}", vector.number);
         assert_eq!(frame.header.seq, vector.seq, "vector {}", vector.number);
         assert_eq!(frame.header.len, vector.len, "vector {}", vector.number);
         assert_eq!(frame.target, target, "vector {}", vector.number);
-        assert_eq!(
-            frame.verified,
-            vector.id != MessageId(12_345),
-            "vector {}",
-            vector.number
-        );
+        assert_eq!(frame.verified, vector.id != MessageId(12_345), "vector {}", vector.number);
     }
 }
 
 #[test]
 fn rule_7_an_unknown_incompatibility_flag_drops_the_frame_and_not_the_next() {
     let vectors = vectors();
-    let incompatible = vectors
-        .iter()
-        .find(|vector| vector.number == INCOMPATIBLE)
-        .unwrap();
+    let incompatible = vectors.iter().find(|vector| vector.number == INCOMPATIBLE).unwrap();
     let mut stream = incompatible.bytes.clone();
     stream.extend(&vectors[0].bytes);
     let mut receiver = Receiver::new();
@@ -105,28 +76,16 @@ fn rule_7_an_unknown_incompatibility_flag_drops_the_frame_and_not_the_next() {
 #[test]
 fn all_vectors_in_one_stream() {
     let vectors = vectors();
-    let stream: Vec<u8> = vectors
-        .iter()
-        .flat_map(|vector| vector.bytes.clone())
-        .collect();
-    let expected = vectors
-        .iter()
-        .filter(|vector| vector.number != INCOMPATIBLE);
+    let stream: Vec<u8> = vectors.iter().flat_map(|vector| vector.bytes.clone()).collect();
+    let expected = vectors.iter().filter(|vector| vector.number != INCOMPATIBLE);
     let expected: Vec<Vec<u8>> = expected.map(|vector| vector.bytes.clone()).collect();
     assert_eq!(Receiver::new().receive_all(&stream), expected);
 }
 
 #[test]
 fn a_frame_with_one_flipped_bit_is_not_taken() {
-    for vector in vectors()
-        .iter()
-        .filter(|vector| vector.number != INCOMPATIBLE)
-    {
-        let signature = if vector.bytes[0] == 0xfd && vector.bytes[2] & 1 == 1 {
-            13
-        } else {
-            0
-        };
+    for vector in vectors().iter().filter(|vector| vector.number != INCOMPATIBLE) {
+        let signature = if vector.bytes[0] == 0xfd && vector.bytes[2] & 1 == 1 { 13 } else { 0 };
         // The signature is not under the checksum, and the start byte and length decide where a
         // frame is looked for at all.
         for bit in 16..(vector.bytes.len() - signature) * 8 {

@@ -6,56 +6,25 @@ use crate::config::{EndpointConfig, EndpointOptions};
 /// Values at the edges of what each option takes; the second list is refused.
 const EDGES: &[(&str, &[&str], &[&str])] = &[
     ("name", &["n", "50%25 & ä"], &["", "a\u{7}"]),
-    (
-        "bind",
-        &[":0", "10.0.0.1", "[::1]:1", "gcs"],
-        &["", "::1", "gcs:65536"],
-    ),
+    ("bind", &[":0", "10.0.0.1", "[::1]:1", "gcs"], &["", "::1", "gcs:65536"]),
     ("dev", &["lo", "fifteen-bytes--"], &["", "sixteen-bytes---"]),
-    (
-        "baudrate",
-        &["50", "20000000", "921600,57600"],
-        &["49", "20000001", "57600,", ""],
-    ),
+    ("baudrate", &["50", "20000000", "921600,57600"], &["49", "20000001", "57600,", ""]),
     ("flow", &["none", "rtscts"], &["xonxoff", "true", ""]),
-    (
-        "bandwidth",
-        &["10", "1000000000"],
-        &["9", "1000000001", "1k", "-1"],
-    ),
-    (
-        "queue_time",
-        &["10ms", "60s", "0.25", "1m"],
-        &["9ms", "61s", "", "s"],
-    ),
-    (
-        "rate",
-        &["attitude:4,30:0.5", "0:0.001", "16777215:1000"],
-        RATES_REFUSED,
-    ),
+    ("bandwidth", &["10", "1000000000"], &["9", "1000000001", "1k", "-1"]),
+    ("queue_time", &["10ms", "60s", "0.25", "1m"], &["9ms", "61s", "", "s"]),
+    ("rate", &["attitude:4,30:0.5", "0:0.001", "16777215:1000"], RATES_REFUSED),
     ("max_peers", &["1", "1000"], &["0", "1001", "1.5"]),
-    (
-        "peer_timeout",
-        &["100ms", "60m", "1.5"],
-        &["99ms", "3601", "inf", "1e3"],
-    ),
-    (
-        "stall_timeout",
-        &["100ms", "60m"],
-        &["0", "99ms", "3601s", "1h"],
-    ),
+    ("peer_timeout", &["100ms", "60m", "1.5"], &["99ms", "3601", "inf", "1e3"]),
+    ("stall_timeout", &["100ms", "60m"], &["0", "99ms", "3601s", "1h"]),
     ("sticky", &["true", "false"], &["yes", "1", ""]),
     ("pack", &["true", "false"], &["TRUE"]),
     ("mtu", &["280", "65507"], &["279", "65508", "65536"]),
     ("ttl", &["0", "255"], &["256", "-1"]),
+    ("forward_setup_signing", &["true", "false"], &["1"]),
     ("group", &["lte"], &[""]),
     ("path", &["all", "best"], &["any"]),
     ("prefer", &["0", "255"], &["256"]),
-    (
-        "dedup",
-        &["1", "1000", "1s", "0.5s", "2ms"],
-        &["0", "1001", "2s", "0.4"],
-    ),
+    ("dedup", &["1", "1000", "1s", "0.5s", "2ms"], &["0", "1001", "2s", "0.4"]),
 ];
 const RATES_REFUSED: &[&str] = &[
     "",
@@ -108,12 +77,7 @@ fn each_option_takes_what_it_says_and_shows_it_again() {
 fn each_default_text_is_the_default_value() {
     for spec in OPTIONS {
         let default = EndpointOptions::default();
-        assert_eq!(
-            spec.show(&default).as_deref(),
-            spec.default,
-            "{}",
-            spec.name
-        );
+        assert_eq!(spec.show(&default).as_deref(), spec.default, "{}", spec.name);
         for kind in spec.applies_to {
             let mut written = plain(*kind);
             if let Some(default) = spec.default {

@@ -144,14 +144,8 @@ mod tests {
     #[test]
     fn what_is_wrong_with_the_xml_is_told_with_its_line() {
         let cases = [
-            (
-                "",
-                "line 1: no <mavlink> root element (is this a MAVLink definition file?)",
-            ),
-            (
-                "\n<html/>",
-                "line 2: no <mavlink> root element (is this a MAVLink definition file?)",
-            ),
+            ("", "line 1: no <mavlink> root element (is this a MAVLink definition file?)"),
+            ("\n<html/>", "line 2: no <mavlink> root element (is this a MAVLink definition file?)"),
             (
                 "<mavlink>\n</messages>",
                 "line 2: not well-formed XML: expected `</mavlink>`, but `</messages>` was found",
@@ -185,14 +179,8 @@ mod tests {
     #[test]
     fn what_is_wrong_with_a_message_is_told_with_its_name_and_what_to_do() {
         let cases = [
-            (
-                r#"<message id="1"/>"#,
-                r#"a message has no name (add name="...")"#,
-            ),
-            (
-                r#"<message name="M"/>"#,
-                r#"message M has no id (add id="...")"#,
-            ),
+            (r#"<message id="1"/>"#, r#"a message has no name (add name="...")"#),
+            (r#"<message name="M"/>"#, r#"message M has no id (add id="...")"#),
             (
                 r#"<message name="A B"/>"#,
                 r#"a message has the name "A B" (use 1 to 80 letters, digits and underscores)"#,
@@ -221,9 +209,8 @@ mod tests {
         for (messages, problem) in cases {
             assert_eq!(error(&file(messages)), format!("line 1: {problem}"));
         }
-        let many: String = (0..=MAX_MESSAGES)
-            .map(|id| format!("<message name=\"M\" id=\"{id}\"/>\n"))
-            .collect();
+        let many: String =
+            (0..=MAX_MESSAGES).map(|id| format!("<message name=\"M\" id=\"{id}\"/>\n")).collect();
         let message = "line 4097: more than 4096 messages (give only the ones that are in use)";
         assert_eq!(error(&file(&many)), message);
     }
@@ -231,14 +218,8 @@ mod tests {
     #[test]
     fn what_is_wrong_with_a_field_is_told_with_its_name_and_what_to_do() {
         let cases = [
-            (
-                r#"<field type="char"/>"#,
-                r#"a field of message M has no name (add name="...")"#,
-            ),
-            (
-                r#"<field name="f"/>"#,
-                r#"field f of message M has no type (add type="...")"#,
-            ),
+            (r#"<field type="char"/>"#, r#"a field of message M has no name (add name="...")"#),
+            (r#"<field name="f"/>"#, r#"field f of message M has no type (add type="...")"#),
             (
                 r#"<field name="f[2]"/>"#,
                 r#"a field of message M has the name "f[2]" (use 1 to 80 letters, digits and underscores)"#,

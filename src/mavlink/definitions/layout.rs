@@ -32,12 +32,7 @@ struct Field {
 
 impl Layout {
     pub(super) fn new(id: MessageId, name: String) -> Self {
-        Self {
-            id,
-            name,
-            fields: Vec::new(),
-            base_fields: None,
-        }
+        Self { id, name, fields: Vec::new(), base_fields: None }
     }
 
     pub(super) fn add(&mut self, name: String, kind: FieldType) {
@@ -143,11 +138,7 @@ impl FieldType {
             _ => element_type(element).ok_or(TypeError::Element)?,
         };
         let elements = elements.map(array_length).transpose()?;
-        Ok(Self {
-            element,
-            element_size,
-            elements,
-        })
+        Ok(Self { element, element_size, elements })
     }
 
     /// Its length in a payload, in bytes.
@@ -265,11 +256,7 @@ mod tests {
             assert_eq!(FieldType::parse(text), Err(TypeError::Element), "{text}");
         }
         for text in ["char[", "char[]", "char[0]", "char[256]", "char[4]x"] {
-            assert_eq!(
-                FieldType::parse(text),
-                Err(TypeError::ArrayLength),
-                "{text}"
-            );
+            assert_eq!(FieldType::parse(text), Err(TypeError::ArrayLength), "{text}");
         }
     }
 }

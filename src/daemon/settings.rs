@@ -1,0 +1,160 @@
+//! What the words of the configuration mean for the router: message names, groups, paces.
+
+use std::path::Path;
+use std::time::Duration;
+
+use super::endpoint::Endpoint;
+use super::error::StartError;
+use crate::config::{Address, Device, EndpointConfig, MessageRef, PathChoice};
+use crate::mavlink::{Dialect, MessageId};
+use crate::routing::{Capacity, GroupId, LinkOptions, Membership, RateCap, Time};
+
+/// Makes endpoints of what the user wrote.
+///
+/// # Errors
+///
+/// If a message has a name that no definition has, or if there are more than 256 groups.
+pub(super) fn settle(
+    configs: Vec<EndpointConfig>,
+    dialect: &Dialect,
+    now: Time,
+) -> Result<Vec<Endpoint>, StartError> {
+    let mut groups = Vec::new();
+    let mut endpoints = Vec::new();
+    for (number, config) in configs.into_iter().enumerate() {
+        let mut endpoint = Endpoint::new(config, now);
+        endpoint.caps = rate_caps(&endpoint, dialect)?;
+        endpoint.membership = membership(&endpoint, number, &mut groups)?;
+        endpoints.push(endpoint);
+    }
+    Ok(endpoints)
+}
+
+fn rate_caps(endpoint: &Endpoint, dialect: &Dialect) -> Result<Vec<RateCap>, StartError> {
+    let cap = |(message, rate): &(MessageRef, f32)| {
+        let id = match message {
+            MessageRef::Id(id) => MessageId(*id),
+            MessageRef::Name(name) => id_of(name, dialect).ok_or_else(|| {
+                StartError::UnknownMessage { endpoint: endpoint.name.clone(), name: name.clone() }
+            })?,
+        };
+        // The rate is 0.001..=1000 as the option was read.
+        Ok(RateCap { id, interval: Duration::from_secs_f32(1.0 / rate) })
+    };
+    endpoint.options().rate.iter().map(cap).collect()
+}
+
+/// The first definition counts: the user's own, then today's.
+fn id_of(name: &str, dialect: &Dialect) -> Option<MessageId> {
+    let mut definitions = dialect.definitions().iter();
+    definitions.find(|definition| definition.name == name).map(|definition| definition.id)
+}
+
+fn membership(
+    endpoint: &Endpoint,
+    number: usize,
+    groups: &mut Vec<String>,
+) -> Result<Option<Membership>, StartError> {
+    let options = endpoint.options();
+    let Some(name) = &options.group else { return Ok(None) };
+    let index = groups.iter().position(|group| group == name).unwrap_or(groups.len());
+    if index == groups.len() {
+        groups.push(name.clone());
+    }
+    let (Ok(group), Ok(member)) = (u8::try_from(index), u16::try_from(number)) else {
+        return Err(StartError::TooManyGroups);
+    };
+    Ok(Some(Membership {
+        group: GroupId(group),
+        member,
+        rank: options.prefer,
+        best_only: options.path == PathChoice::Best,
+    }))
+}
+
+impl Endpoint {
+    /// What the router must know of a link of this endpoint.
+    pub(super) fn link_options(&self) -> LinkOptions {
+        let options = self.options();
+        let queue_time = options.queue_time;
+        let rate = options.bandwidth.or_else(|| self.line_rate());
+        LinkOptions {
+            capacity: match rate {
+                Some(rate) => Capacity::Paced { rate, queue_time },
+                None => LinkOptions::default().capacity,
+            },
+            forward_setup_signing: options.forward_setup_signing,
+            caps: self.caps.clone(),
+            membership: self.membership,
+            dedup: options.dedup,
+        }
+    }
+
+    /// What the line itself carries, in bytes a second, if it is one that has a rate: eight bits,
+    /// a start bit and a stop bit for each byte.
+    fn line_rate(&self) -> Option<u32> {
+        let Address::Serial { device, bauds } = &self.config.address else { return None };
+        match device {
+            Device::Path(path) if is_usb_serial(path) => None,
+            // The flight controllers that are found by themselves are on USB.
+            Device::Auto => None,
+            Device::Path(_) => Some(bauds.get(self.baud)? / 10),
+        }
+    }
+
+    /// The pace that goes with the baud rate in use, unless the user has set another.
+    pub(super) fn pace(&self) -> Option<u32> {
+        self.options().bandwidth.or_else(|| self.line_rate())
+    }
+}
+
+/// Whether a device is a USB one that only looks like a serial port, and takes bytes as fast as USB
+/// does, whatever its baud rate.
+fn is_usb_serial(path: &Path) -> bool {
+    let real = path.canonicalize();
+    let real = real.as_deref().unwrap_or(path);
+    let name = real.file_name().unwrap_or_default().to_string_lossy();
+    name.starts_with("ttyACM") || name.starts_with("ttyGS")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settle_one(text: &str) -> Result<Endpoint, StartError> {
+        let config = text.parse().unwrap();
+        settle(vec![config], &Dialect::builtin(), Time::ZERO).map(|mut all| all.remove(0))
+    }
+
+    #[test]
+    fn a_uart_is_paced_at_a_tenth_of_its_baud_rate_and_usb_is_not() {
+        let capacity = |text| settle_one(text).unwrap().link_options().capacity;
+        let queue_time = Duration::from_millis(250);
+        let paced = |rate| Capacity::Paced { rate, queue_time };
+        assert_eq!(capacity("serial:/dev/ttyS9:57600"), paced(5_760));
+        assert_eq!(capacity("serial:/dev/ttyACM7:57600"), Capacity::Bytes(32_768));
+        assert_eq!(capacity("serial:/dev/ttyACM7:57600?bandwidth=9000"), paced(9_000));
+        assert_eq!(capacity("udpin::14550"), Capacity::Bytes(32_768));
+    }
+
+    #[test]
+    fn messages_are_capped_by_name_and_by_number() {
+        let endpoint = settle_one("udpin::1?rate=ATTITUDE:2,33:0.5").unwrap();
+        let caps = endpoint.caps.iter().map(|cap| (cap.id.0, cap.interval.as_millis()));
+        assert_eq!(caps.collect::<Vec<_>>(), [(30, 500), (33, 2_000)]);
+        let unknown = settle_one("udpin::1?rate=ATITUDE:2").unwrap_err();
+        let text =
+            "udpin:0.0.0.0:1: no message is called ATITUDE (load its definition with --dialect)";
+        assert_eq!(unknown.to_string(), text);
+    }
+
+    #[test]
+    fn endpoints_of_one_name_are_a_group() {
+        let texts = ["udpin::1?group=a", "udpin::2?group=b&path=best&prefer=7", "udpin::3?group=a"];
+        let configs = texts.map(|text| text.parse().unwrap()).to_vec();
+        let endpoints = settle(configs, &Dialect::builtin(), Time::ZERO).unwrap();
+        let groups = endpoints.iter().map(|e| e.membership.map(|m| (m.group.0, m.member, m.rank)));
+        let expected = [Some((0, 0, 0)), Some((1, 1, 7)), Some((0, 2, 0))];
+        assert_eq!(groups.collect::<Vec<_>>(), expected);
+    }
+}

@@ -1,0 +1,182 @@
+//! Links that lead the same way: a radio and a modem to the same vehicle.
+//!
+//! Nothing is forwarded between them, and what was learned on one is known on all. A group sends
+//! over every one of its members, or over the best. A member is an endpoint; its links are the
+//! peers of that endpoint.
+
+use std::time::Duration;
+
+use super::link_set::{LinkId, LinkSet};
+use super::time::Time;
+
+/// The number of a group.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct GroupId(pub u8);
+
+/// A link's place in a group.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Membership {
+    /// Which group.
+    pub group: GroupId,
+    /// Which endpoint the link belongs to.
+    pub member: u16,
+    /// Of two good paths, the one with the higher rank is taken.
+    pub rank: u8,
+    /// Whether the group sends over its best member only.
+    pub best_only: bool,
+}
+
+/// What is known of how good a link is.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
+pub struct Quality {
+    /// When a verified frame last came.
+    pub last_heard: Option<Time>,
+    /// Lost frames, in parts of 1,024, of late.
+    pub loss: u32,
+    /// How full the queue is, in parts of 1,024.
+    pub backlog: u32,
+}
+
+/// The links of one group.
+#[derive(Clone, Default, Debug)]
+pub(super) struct Group {
+    /// All of them.
+    links: LinkSet,
+    members: Vec<Member>,
+    best_only: bool,
+    /// The number of the best member, and since when another one has looked better.
+    best: Option<u16>,
+    challenged: Option<(u16, Time)>,
+    judged: Option<Time>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Member {
+    number: u16,
+    rank: u8,
+    links: LinkSet,
+}
+
+/// A path that was silent for so long is not good: half again the time between heartbeats.
+const SILENT: Duration = Duration::from_millis(1_500);
+
+/// How long another path must look better before it is taken, as long as the old one works.
+const HYSTERESIS: Duration = Duration::from_secs(3);
+
+/// How often the paths are judged.
+const JUDGED_EVERY: Duration = Duration::from_millis(100);
+
+/// More loss than this, in parts of 1,024, is not good.
+const LOSSY: u32 = 102;
+
+/// A fuller queue than this, in parts of 1,024, is not good.
+const CONGESTED: u32 = 614;
+
+impl Group {
+    /// All links of the group.
+    pub(super) fn links(&self) -> LinkSet {
+        self.links
+    }
+
+    /// Adds a link.
+    pub(super) fn add(&mut self, link: LinkId, membership: Membership) {
+        self.links.insert(link);
+        self.best_only |= membership.best_only;
+        let number = membership.member;
+        match self.members.iter_mut().find(|member| member.number == number) {
+            Some(member) => member.links.insert(link),
+            None => self.members.push(Member {
+                number,
+                rank: membership.rank,
+                links: LinkSet::of(link),
+            }),
+        }
+    }
+
+    /// Takes out a link; if it was the best path, another one is found at once.
+    pub(super) fn remove(&mut self, link: LinkId) {
+        self.links.remove(link);
+        for member in &mut self.members {
+            member.links.remove(link);
+        }
+        self.members.retain(|member| !member.links.is_empty());
+        self.judged = None;
+    }
+
+    /// Where to send, if these links of the group lead to the target: to the links themselves, and
+    /// to those of the other members; or to the best member only.
+    pub(super) fn expand(
+        &mut self,
+        links: LinkSet,
+        now: Time,
+        quality: impl Fn(LinkId) -> Quality,
+    ) -> LinkSet {
+        let through = |member: &Member| {
+            let own = member.links & links;
+            if own.is_empty() { member.links } else { own }
+        };
+        if self.best_only {
+            self.judge(now, quality);
+            let best = self.members.iter().find(|member| Some(member.number) == self.best);
+            return best.map_or(LinkSet::EMPTY, through);
+        }
+        self.members.iter().fold(LinkSet::EMPTY, |all, member| all | through(member))
+    }
+
+    /// Finds the best member: at once if the old one fails, after a while if another is better.
+    fn judge(&mut self, now: Time, quality: impl Fn(LinkId) -> Quality) {
+        if self.judged.is_some_and(|judged| now.since(judged) < JUDGED_EVERY) {
+            return;
+        }
+        self.judged = Some(now);
+        let score = |member: &Member| member.score(now, &quality);
+        let Some(first) = self.members.iter().max_by_key(|member| score(member)) else {
+            self.best = None;
+            return;
+        };
+        let current = self.members.iter().find(|member| Some(member.number) == self.best);
+        let is_good = current.is_some_and(|member| score(member).is_good);
+        if current.is_some_and(|current| score(current) == score(first)) {
+            self.challenged = None;
+            return;
+        }
+        let number = first.number;
+        let since = match self.challenged {
+            Some((challenger, since)) if challenger == number => since,
+            _ => now,
+        };
+        self.challenged = Some((number, since));
+        if !is_good || now.since(since) >= HYSTERESIS {
+            self.best = Some(number);
+            self.challenged = None;
+        }
+    }
+}
+
+/// How good a member is: compared field by field, the first one first.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+struct Score {
+    is_good: bool,
+    rank: u8,
+    /// In steps, so that small changes make no difference.
+    delivered: u32,
+    heard: Option<Time>,
+}
+
+impl Member {
+    fn score(&self, now: Time, quality: &impl Fn(LinkId) -> Quality) -> Score {
+        let best = |a: Score, b: Score| a.max(b);
+        let scores = self.links.iter().map(|link| score(quality(link), self.rank, now));
+        let none = Score { is_good: false, rank: 0, delivered: 0, heard: None };
+        scores.fold(none, best)
+    }
+}
+
+fn score(quality: Quality, rank: u8, now: Time) -> Score {
+    let is_alive = quality.last_heard.is_some_and(|heard| now.since(heard) < SILENT);
+    let is_good = is_alive && quality.loss <= LOSSY && quality.backlog <= CONGESTED;
+    let delivered = (1_024 - quality.loss.min(1_024)) / 128;
+    // Of good ones it does not matter which was heard a moment before the other.
+    let heard = if is_good { None } else { quality.last_heard };
+    Score { is_good, rank, delivered, heard }
+}

@@ -1,0 +1,121 @@
+//! What a frame teaches the router before it is forwarded: routes, losses, restarts.
+
+use super::link_set::LinkId;
+use super::options::{Learn, RouterEvent};
+use super::port::Port;
+use super::route_table::Heard;
+use super::router::{Router, push_event};
+use super::sequence::Sequence;
+use super::time::Time;
+use crate::mavlink::{CheckedFrame, MessageId};
+
+/// Where SYSTEM_TIME has the milliseconds since boot: four bytes.
+const BOOT_MS: [u8; 4] = [8, 9, 10, 11];
+
+impl Router {
+    /// Learns where the source of a frame is, and counts its losses (rules 8, 24, 35 and 51).
+    ///
+    /// A copy of what came over another link teaches no route (rule 50), unless within a group: there
+    /// the route is known already, and shall outlive the link that was first. But it was received,
+    /// and the sequence numbers of this link say so.
+    #[inline]
+    pub(super) fn learn(
+        &mut self,
+        link: LinkId,
+        frame: &CheckedFrame<'_>,
+        is_copy: bool,
+        now: Time,
+    ) {
+        let source = frame.header.source;
+        if !source.is_valid_source() {
+            self.count(link, |counters| &mut counters.invalid_sources);
+            return;
+        }
+        let is_new = !is_copy || self.port(link).is_some_and(Port::is_in_group);
+        let teaches = frame.verified && is_new && self.may_teach(frame.header.id);
+        let Some(known) = self.table.find_mut(source) else {
+            if frame.verified {
+                self.learn_new(link, frame, teaches, now);
+            }
+            return;
+        };
+        let mut lost = 0;
+        if let Some(heard) = known.on_mut(link) {
+            lost = heard.sequence.handle(frame.header.seq);
+            if frame.verified {
+                heard.last = now;
+                heard.is_route |= teaches;
+            }
+        } else if frame.verified {
+            known.heard.push(first_heard(link, frame, teaches, now));
+        }
+        if frame.verified {
+            self.handle_verified(link, frame, lost, now);
+        }
+    }
+
+    fn may_teach(&self, id: MessageId) -> bool {
+        match self.options.learn {
+            Learn::All => true,
+            Learn::Heartbeat => id == MessageId::HEARTBEAT,
+        }
+    }
+
+    fn learn_new(&mut self, link: LinkId, frame: &CheckedFrame<'_>, teaches: bool, now: Time) {
+        let heard = first_heard(link, frame, teaches, now);
+        let source = frame.header.source;
+        let events = &mut self.events;
+        let lost = |component| push_event(events, RouterEvent::ComponentLost(component));
+        if self.table.add(source, heard, lost).is_err() {
+            self.count(link, |counters| &mut counters.unlearned);
+            return;
+        }
+        push_event(&mut self.events, RouterEvent::ComponentSeen(source, link));
+        self.handle_verified(link, frame, 0, now);
+        if let Some(age) = self.options.route_age {
+            self.next_aging.get_or_insert(now + age);
+        }
+    }
+
+    /// What some messages mean for the link that they came over.
+    #[inline]
+    fn handle_verified(&mut self, link: LinkId, frame: &CheckedFrame<'_>, lost: u8, now: Time) {
+        let Some(Some(port)) = self.ports.get_mut(link.index()) else {
+            return;
+        };
+        port.handle_heard(lost, now);
+        match frame.header.id {
+            MessageId::RADIO_STATUS | MessageId::RADIO => port.handle_radio_status(frame),
+            MessageId::SYSTEM_TIME => self.check_restart(link, frame),
+            _ => {}
+        }
+    }
+
+    /// Rule 44: when time since boot runs backwards, the source started again, and its routes over
+    /// other links are forgotten.
+    fn check_restart(&mut self, link: LinkId, frame: &CheckedFrame<'_>) {
+        let boot_ms = u32::from_le_bytes(BOOT_MS.map(|at| frame.payload_byte(at)));
+        let source = frame.header.source;
+        let Some(known) = self.table.find_mut(source) else {
+            return;
+        };
+        let Some(heard) = known.on_mut(link) else {
+            return;
+        };
+        let restarted = heard.boot_ms.is_some_and(|before| boot_ms < before);
+        heard.boot_ms = Some(boot_ms);
+        if restarted {
+            for other in known.heard.iter_mut().filter(|heard| heard.link != link) {
+                other.is_route = false;
+                other.boot_ms = None;
+            }
+            push_event(&mut self.events, RouterEvent::ComponentRestarted(source, link));
+        }
+    }
+}
+
+fn first_heard(link: LinkId, frame: &CheckedFrame<'_>, is_route: bool, now: Time) -> Heard {
+    let mut sequence = Sequence::default();
+    sequence.handle(frame.header.seq);
+    Heard { link, last: now, is_route, sequence, boot_ms: None }
+}

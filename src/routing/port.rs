@@ -1,0 +1,175 @@
+//! The router's side of a link: what waits for it, at which pace it leaves, and what was counted.
+
+use super::counters::{DropReason, LinkCounters};
+use super::group::Quality;
+use super::options::{Capacity, LinkOptions};
+use super::pacer::Pacer;
+use super::queue::{Frames, Precedence, Queue, QueueLimits};
+use super::rate_limit::RateLimiter;
+use super::time::Time;
+use crate::mavlink::{CheckedFrame, MessageId};
+
+/// A link, as the router knows it.
+pub struct Port {
+    pub(super) options: LinkOptions,
+    pub(super) counters: LinkCounters,
+    queue: Queue,
+    pacer: Option<Pacer>,
+    limiter: RateLimiter,
+    last_heard: Option<Time>,
+    /// Lost frames of late, in parts of 1,024.
+    loss: u32,
+}
+
+/// The longest queue of a paced link, in bytes.
+const LONGEST: usize = 256 * 1_024;
+
+/// Where RADIO_STATUS and RADIO say how much of the radio's buffer is free, in per cent.
+const TXBUF: u8 = 6;
+
+/// How many frames the measure of loss looks back, more or less.
+const LOSS_MEMORY: u32 = 64;
+
+impl Port {
+    pub(super) fn new(mut options: LinkOptions, now: Time) -> Self {
+        let caps = std::mem::take(&mut options.caps);
+        let pacer = match options.capacity {
+            Capacity::Bytes(_) => None,
+            Capacity::Paced { rate, .. } => Some(Pacer::new(rate, now)),
+        };
+        Self {
+            queue: Queue::new(limits(options.capacity, pacer.as_ref())),
+            pacer,
+            limiter: RateLimiter::new(caps),
+            counters: LinkCounters::default(),
+            last_heard: None,
+            loss: 0,
+            options,
+        }
+    }
+
+    /// Queues a frame, or counts why not.
+    #[inline]
+    pub(super) fn offer(&mut self, frame: &CheckedFrame<'_>, precedence: Precedence, now: Time) {
+        let header = &frame.header;
+        if !self.limiter.permit(header.source, header.id, now) {
+            self.counters[DropReason::RateCap] += 1;
+        } else if self.queue.push(frame.bytes, precedence).is_err() {
+            self.counters[DropReason::QueueFull] += 1;
+        } else {
+            self.counters.frames_out += 1;
+            self.counters.bytes_out += frame.bytes.len() as u64;
+        }
+    }
+
+    /// A verified frame came from this link, after so many that did not come.
+    pub(super) fn handle_heard(&mut self, lost: u8, now: Time) {
+        self.last_heard = Some(now);
+        for _ in 0..lost.min(16) {
+            self.loss += (1_024 - self.loss) / LOSS_MEMORY;
+        }
+        self.loss -= self.loss.div_ceil(LOSS_MEMORY);
+    }
+
+    /// A radio on this link reports: the link is sent more or less accordingly.
+    pub(super) fn handle_radio_status(&mut self, frame: &CheckedFrame<'_>) {
+        debug_assert!(matches!(frame.header.id, MessageId::RADIO_STATUS | MessageId::RADIO));
+        if let Some(pacer) = &mut self.pacer {
+            pacer.handle_radio_status(frame.payload_byte(TXBUF));
+            self.queue.set_limits(limits(self.options.capacity, Some(pacer)));
+        }
+    }
+
+    /// Changes the line rate, as when another baud rate is tried.
+    pub fn set_line_rate(&mut self, bytes_per_second: u32, now: Time) {
+        if let Some(pacer) = &mut self.pacer {
+            *pacer = Pacer::new(bytes_per_second, now);
+            self.queue.set_limits(limits(self.options.capacity, Some(pacer)));
+        }
+    }
+
+    /// How many of the bytes that wait may be sent now: whole frames, and the rest of one that was
+    /// begun.
+    pub fn sendable(&mut self, now: Time) -> usize {
+        match &mut self.pacer {
+            None => self.queue.len(),
+            Some(pacer) => {
+                let budget = pacer.budget(now);
+                if budget == 0 { 0 } else { self.queue.whole_frames_within(budget) }
+            }
+        }
+    }
+
+    /// The first `count` bytes that wait, in two pieces, for a stream.
+    pub fn head(&mut self, count: usize) -> (&[u8], &[u8]) {
+        self.queue.head(count)
+    }
+
+    /// The frames that wait, for datagrams.
+    pub fn frames(&mut self) -> Frames<'_> {
+        self.queue.frames()
+    }
+
+    /// Takes out the first `count` bytes: they were sent.
+    ///
+    /// # Panics
+    ///
+    /// If there are not so many.
+    pub fn consume(&mut self, count: usize) {
+        self.queue.consume(count);
+        if let Some(pacer) = &mut self.pacer {
+            pacer.consume(count);
+        }
+    }
+
+    /// How many bytes wait.
+    pub fn backlog(&self) -> usize {
+        self.queue.len()
+    }
+
+    /// Whether it is time to send, before the turn is over.
+    #[inline]
+    pub(super) fn is_filling(&self) -> bool {
+        self.pacer.is_none() && self.queue.is_filling()
+    }
+
+    /// Whether other links lead the same way.
+    pub(super) fn is_in_group(&self) -> bool {
+        self.options.membership.is_some()
+    }
+
+    /// When the pace lets more leave; `None` if nothing waits, or if there is no pace.
+    pub fn ready_at(&self, now: Time) -> Option<Time> {
+        let pacer = self.pacer.as_ref()?;
+        (!self.queue.is_empty()).then(|| pacer.ready_at(now))
+    }
+
+    /// The pace, in bytes a second.
+    pub fn rate(&self) -> Option<u32> {
+        self.pacer.as_ref().map(Pacer::rate)
+    }
+
+    /// What was counted.
+    pub fn counters(&self) -> &LinkCounters {
+        &self.counters
+    }
+
+    /// How good the link is.
+    pub fn quality(&self) -> Quality {
+        let backlog = self.queue.len() * 1_024 / self.queue.limits().total;
+        Quality { last_heard: self.last_heard, loss: self.loss, backlog: backlog as u32 }
+    }
+}
+
+/// How much may wait, at the pace of now.
+fn limits(capacity: Capacity, pacer: Option<&Pacer>) -> QueueLimits {
+    let bytes = match (capacity, pacer) {
+        (Capacity::Paced { queue_time, .. }, Some(pacer)) => {
+            let bytes = u64::from(pacer.rate()) * queue_time.as_millis() as u64 / 1_000;
+            usize::try_from(bytes).map_or(LONGEST, |bytes| bytes.min(LONGEST))
+        }
+        (Capacity::Paced { .. }, None) => 0,
+        (Capacity::Bytes(bytes), _) => bytes,
+    };
+    QueueLimits::with_total(bytes)
+}

@@ -1,0 +1,113 @@
+//! Caps chosen messages: at most so many a second of each source on a link.
+
+use std::time::Duration;
+
+use super::time::Time;
+use crate::mavlink::{Component, MessageId};
+
+/// A cap on one message.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct RateCap {
+    /// Which message.
+    pub id: MessageId,
+    /// The time between two of them: 1 ms to 1,000 s.
+    pub interval: Duration,
+}
+
+/// The caps of a link, and what they have let through.
+#[derive(Clone, Default, Debug)]
+pub(super) struct RateLimiter {
+    caps: Vec<RateCap>,
+    /// When the next frame of a source and message may pass. Invariant: at most [`MAX_ENTRIES`].
+    next: Vec<(Component, MessageId, Time)>,
+}
+
+/// How many pairs of source and message are told apart; those on top share what is left over.
+const MAX_ENTRIES: usize = 256;
+
+impl RateLimiter {
+    /// A limiter with these caps.
+    pub(super) fn new(caps: Vec<RateCap>) -> Self {
+        let entries = if caps.is_empty() { 0 } else { MAX_ENTRIES };
+        Self { caps, next: Vec::with_capacity(entries) }
+    }
+
+    /// Whether a frame may pass now; if so, it is counted.
+    #[inline]
+    pub(super) fn permit(&mut self, source: Component, id: MessageId, now: Time) -> bool {
+        match self.caps.iter().find(|cap| cap.id == id) {
+            Some(cap) => {
+                let interval = cap.interval;
+                self.permit_capped(source, id, interval, now)
+            }
+            None => true,
+        }
+    }
+
+    fn permit_capped(
+        &mut self,
+        source: Component,
+        id: MessageId,
+        interval: Duration,
+        now: Time,
+    ) -> bool {
+        let same = |entry: &&mut (Component, MessageId, Time)| (entry.0, entry.1) == (source, id);
+        if let Some((_, _, next)) = self.next.iter_mut().find(same) {
+            if now < *next {
+                return false;
+            }
+            // Counted from when it was due, so that the mean comes out right; but not from long
+            // ago, so that nothing is saved up.
+            *next = (*next).max(now - interval) + interval;
+            return true;
+        }
+        if self.next.len() == MAX_ENTRIES {
+            // Whoever has not sent for longest makes room.
+            let oldest = (0..MAX_ENTRIES).min_by_key(|at| self.next[*at].2).unwrap_or(0);
+            self.next.swap_remove(oldest);
+        }
+        self.next.push((source, id, now + interval));
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ATTITUDE: MessageId = MessageId(30);
+
+    fn limiter(interval_ms: u64) -> RateLimiter {
+        let interval = Duration::from_millis(interval_ms);
+        RateLimiter::new(vec![RateCap { id: ATTITUDE, interval }])
+    }
+
+    #[test]
+    fn fifty_a_second_become_two() {
+        let mut limiter = limiter(500);
+        let at = |millis| Time::from_millis(millis);
+        let source = Component::new(1, 1);
+        let passed = (0..500).filter(|n| limiter.permit(source, ATTITUDE, at(n * 20))).count();
+        assert_eq!(passed, 20, "in ten seconds");
+    }
+
+    #[test]
+    fn each_source_counts_for_itself_and_other_messages_pass() {
+        let mut limiter = limiter(500);
+        for system in 1..=200 {
+            assert!(limiter.permit(Component::new(system, 1), ATTITUDE, Time::ZERO));
+            assert!(!limiter.permit(Component::new(system, 1), ATTITUDE, Time::ZERO));
+            assert!(limiter.permit(Component::new(system, 1), MessageId(0), Time::ZERO));
+        }
+    }
+
+    #[test]
+    fn what_is_remembered_is_bounded() {
+        let mut limiter = limiter(500);
+        for number in 0..60_000_u16 {
+            let [system, component] = number.to_be_bytes();
+            limiter.permit(Component::new(system, component), ATTITUDE, Time::ZERO);
+        }
+        assert_eq!(limiter.next.len(), MAX_ENTRIES);
+    }
+}

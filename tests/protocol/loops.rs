@@ -1,0 +1,124 @@
+//! Several routers joined in loops, without groups: no storm, and they heal when a link is cut.
+
+use crate::frames::{Receiver, frame};
+use crate::network::{STATION, VEHICLE, command, heartbeat};
+use mavswitch::mavlink::{Component, Input, Version};
+use mavswitch::routing::{LinkId, LinkOptions, Router, RouterOptions, Time};
+use std::collections::VecDeque;
+use std::time::Duration;
+
+/// One end of a cable: a router and its link.
+type End = (usize, LinkId);
+
+/// Routers, the cables between them, and frames on their way.
+struct Mesh {
+    routers: Vec<Router>,
+    cables: Vec<(End, End)>,
+    on_the_way: VecDeque<(End, Vec<u8>)>,
+    /// How many frames have gone over cables, in all.
+    carried: usize,
+    now: Time,
+}
+
+impl Mesh {
+    fn new(routers: usize, cables: &[(usize, usize)]) -> Self {
+        let routers = (0..routers).map(|_| Router::new(RouterOptions::default())).collect();
+        let now = Time::from_millis(1_000_000);
+        let mut mesh =
+            Self { routers, cables: Vec::new(), on_the_way: VecDeque::new(), carried: 0, now };
+        for (a, b) in cables {
+            let ends = (mesh.link(*a), mesh.link(*b));
+            mesh.cables.push(ends);
+        }
+        mesh
+    }
+
+    fn link(&mut self, router: usize) -> End {
+        let link = self.routers[router].add_link(LinkOptions::default(), self.now);
+        (router, link.unwrap())
+    }
+
+    fn cut(&mut self, cable: usize) {
+        let (a, b) = self.cables.remove(cable);
+        self.routers[a.0].remove_link(a.1);
+        self.routers[b.0].remove_link(b.1);
+    }
+
+    /// `bytes` come in at one end of the mesh; what comes out at `exit`, when all is quiet?
+    fn send(&mut self, at: End, bytes: &[u8], exit: End) -> usize {
+        let mut came_out = 0;
+        self.on_the_way.push_back((at, bytes.to_vec()));
+        while let Some(((router, link), bytes)) = self.on_the_way.pop_front() {
+            let (core, now) = (&mut self.routers[router], self.now);
+            Receiver::new().each(&bytes, Input::Paused, |frame| core.handle(link, frame, now));
+            for link in self.routers[router].take_dirty().iter() {
+                let port = self.routers[router].port_mut(link).unwrap();
+                let bytes = port.head(usize::MAX).0.to_vec();
+                port.consume(bytes.len());
+                came_out += usize::from((router, link) == exit);
+                self.carry((router, link), bytes);
+            }
+            assert!(self.carried < 100_000, "a storm");
+        }
+        came_out
+    }
+
+    fn carry(&mut self, from: End, bytes: Vec<u8>) {
+        for (a, b) in &self.cables {
+            let to = if *a == from { b } else { a };
+            if *a == from || *b == from {
+                self.carried += 1;
+                self.on_the_way.push_back((*to, bytes));
+                return;
+            }
+        }
+    }
+
+    /// The vehicle sends ten frames a second; how many of them come out, at least once?
+    fn fly(&mut self, seconds: u64, vehicle: End, station: End) -> usize {
+        let mut arrived = 0;
+        for number in 0..seconds * 10 {
+            self.now = self.now + Duration::from_millis(100);
+            let bytes = frame(Version::V2, number as u8, VEHICLE, (30, 39), &[number as u8; 28]);
+            arrived += usize::from(self.send(vehicle, &bytes, station) > 0);
+        }
+        arrived
+    }
+}
+
+fn check(mut mesh: Mesh, vehicle: End, station: End) {
+    let cables = mesh.cables.len();
+    assert_eq!(mesh.fly(30, vehicle, station), 300, "all arrive");
+    let most = 300 * cables + 30 * 4 * cables;
+    assert!(mesh.carried <= most, "{} frames over {cables} cables for 300", mesh.carried);
+    mesh.send(station, &heartbeat(STATION), vehicle);
+    assert!(mesh.send(station, &command(STATION, VEHICLE), vehicle) > 0, "and back");
+    mesh.cut(0);
+    let arrived = mesh.fly(30, vehicle, station);
+    assert!(arrived >= 250, "{arrived} of 300 arrive after the cut: healed within 5 s");
+}
+
+#[test]
+fn two_routers_joined_by_two_links_make_no_storm_and_heal() {
+    let mut mesh = Mesh::new(2, &[(0, 1), (0, 1)]);
+    let (vehicle, station) = (mesh.link(0), mesh.link(1));
+    check(mesh, vehicle, station);
+}
+
+#[test]
+fn three_routers_in_a_ring_make_no_storm_and_heal() {
+    let mut mesh = Mesh::new(3, &[(0, 1), (1, 2), (2, 0)]);
+    let (vehicle, station) = (mesh.link(0), mesh.link(1));
+    check(mesh, vehicle, station);
+}
+
+#[test]
+fn five_routers_each_joined_to_each_make_no_storm() {
+    let pairs: Vec<(usize, usize)> = (0..5).flat_map(|a| (a + 1..5).map(move |b| (a, b))).collect();
+    let mut mesh = Mesh::new(5, &pairs);
+    let (vehicle, station) = (mesh.link(0), mesh.link(4));
+    assert_eq!(mesh.fly(30, vehicle, station), 300);
+    assert!(mesh.carried <= 300 * pairs.len() * 2, "{} frames carried", mesh.carried);
+    let other = frame(Version::V2, 0, Component::new(9, 9), (0, 50), &[1; 9]);
+    assert!(mesh.send(station, &other, vehicle) > 0);
+}
