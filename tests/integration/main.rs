@@ -7,4 +7,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod architecture;
+mod forwarding;
 mod harness;
+mod learning;
+mod routing;
