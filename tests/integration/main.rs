@@ -7,7 +7,10 @@
 #![allow(clippy::unwrap_used)]
 
 mod architecture;
+mod corruption;
+mod datagrams;
 mod forwarding;
 mod harness;
 mod learning;
+mod resync;
 mod routing;
