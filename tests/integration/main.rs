@@ -6,7 +6,9 @@
 // A harness that cannot go on fails the test that it serves, and a panic is how.
 #![allow(clippy::unwrap_used)]
 
+mod abuse;
 mod architecture;
+mod connections;
 mod corruption;
 mod datagrams;
 mod forwarding;
@@ -14,3 +16,5 @@ mod harness;
 mod learning;
 mod resync;
 mod routing;
+mod serial;
+mod stalled;
