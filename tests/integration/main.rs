@@ -7,6 +7,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod abuse;
+mod addresses;
 mod architecture;
 mod connections;
 mod corruption;
@@ -14,7 +15,10 @@ mod datagrams;
 mod forwarding;
 mod harness;
 mod learning;
+mod program;
 mod resync;
+mod ring;
 mod routing;
 mod serial;
+mod shutdown;
 mod stalled;
