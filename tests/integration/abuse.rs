@@ -117,6 +117,7 @@ fn endless_headers_without_frames_over_tcp() {
         stranger.send([0xfd, 255, 0, 0, 0, 1, 1, 0, 0, 0].repeat(400));
         scene.serves();
     }
+    drop(stranger);
     scene.has_recovered();
 }
 
