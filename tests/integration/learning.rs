@@ -105,7 +105,7 @@ fn rule_44_a_new_connection_does_not_inherit_the_routes_of_an_old_one() {
 
 #[test]
 fn rule_44_a_route_that_is_not_used_goes_after_its_age() {
-    let router = Router::start(&["--route-age", "1s", TCP, UDP]);
+    let router = Router::start(&["--route-age", "1", TCP, UDP]);
     let mut vehicle = router.tcp("tcp", VEHICLE);
     let mut gcs = router.udp("udp", GCS);
     router.wait_until_lost(VEHICLE);

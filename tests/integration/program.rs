@@ -20,7 +20,7 @@ fn stdout(output: &Output) -> String {
 
 /// The program refused to start: status 1, and one line that says why.
 #[track_caller]
-fn assert_refused(output: &Output, words: &[&str]) {
+pub(crate) fn assert_refused(output: &Output, words: &[&str]) {
     let text = stderr(output);
     assert_eq!(output.status.code(), Some(1), "{text}");
     let lines: Vec<_> = text
@@ -105,7 +105,7 @@ fn an_address_in_use_is_told_and_nothing_is_half_started() {
     let address = listener.local_addr().unwrap().to_string();
     let output = run(&[UDP, &format!("tcpin:{address}")]);
     assert_refused(&output, &[&address, "in use"]);
-    assert!(!stderr(&output).contains("ready"));
+    assert!(!stderr(&output).contains(" ready"));
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
     let address = socket.local_addr().unwrap().to_string();
     assert_refused(
@@ -115,10 +115,13 @@ fn an_address_in_use_is_told_and_nothing_is_half_started() {
 }
 
 #[test]
-fn an_address_that_is_not_ours_is_told() {
-    // An address for documentation: no machine has it.
-    let output = run(&["tcpin:192.0.2.1:0?name=outside"]);
-    assert_refused(&output, &["192.0.2.1"]);
+fn an_address_that_is_not_ours_yet_is_awaited_and_others_work_meanwhile() {
+    // An address for documentation: no machine has it, as none has its own before the network.
+    let router = Router::start(&["tcpin:192.0.2.1:0?name=outside", TCP, UDP]);
+    router.log.wait_for(&["outside: ", "192.0.2.1", "waiting"]);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let mut gcs = router.udp("udp", GCS);
+    router.assert_serves(&mut gcs, &mut vehicle);
 }
 
 #[test]

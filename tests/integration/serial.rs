@@ -7,6 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use crate::harness::*;
+use crate::program::assert_refused;
 
 const TCP: &str = "tcpin:127.0.0.1:0?name=tcp";
 
@@ -161,7 +162,7 @@ fn a_serial_port_that_is_absent_at_start_is_awaited_and_others_work_meanwhile() 
 }
 
 #[test]
-fn a_serial_port_without_permission_is_awaited_with_a_hint() {
+fn a_serial_port_without_permission_is_refused_with_the_remedy() {
     let pty = Pty::new();
     let dir = TempDir::new();
     let endpoint = format!("serial:{}:57600?name=fc", pty.device());
@@ -178,11 +179,13 @@ fn a_serial_port_without_permission_is_awaited_with_a_hint() {
         return;
     }
     let router = Router::launch_as(&program, nobody, &[&endpoint, TCP]);
-    let line = router.log.wait_for(&["fc: ", "waiting"]);
-    assert!(line.contains("dialout"), "no remedy in {line:?}");
-    let mut gcs = router.tcp("tcp", GCS);
-    let mut other = router.tcp("tcp", OTHER);
-    router.assert_serves(&mut gcs, &mut other);
+    let (status, text) = router.wait_for_end();
+    assert_eq!(status.code(), Some(1), "{text}");
+    let line = text.lines().find(|line| line.starts_with("mavswitch: "));
+    let line = line.expect("a line that says why");
+    for word in ["fc", pty.device(), "dialout"] {
+        assert!(line.contains(word), "no {word:?} in {line:?}");
+    }
 }
 
 /// Whether every directory on the way to `path` lets everybody pass.
@@ -192,12 +195,12 @@ fn is_open_to_all(path: &Path) -> bool {
 }
 
 #[test]
-fn a_serial_port_that_is_no_terminal_is_awaited_and_others_work_meanwhile() {
+fn a_serial_port_that_is_no_terminal_is_refused() {
     let dir = TempDir::new();
     let file = dir.write("device", "not a terminal");
-    let router = Router::launch(&[&format!("serial:{}:57600?name=fc", file.display()), TCP]);
-    router.log.wait_for(&["fc: ", "waiting"]);
-    let mut gcs = router.tcp("tcp", GCS);
-    let mut other = router.tcp("tcp", OTHER);
-    router.assert_serves(&mut gcs, &mut other);
+    let path = file.to_str().unwrap();
+    assert_refused(
+        &run(&[&format!("serial:{path}:57600?name=fc"), TCP]),
+        &["fc", path],
+    );
 }

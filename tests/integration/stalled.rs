@@ -4,7 +4,7 @@ use std::thread;
 
 use crate::harness::*;
 
-const TCP: &str = "tcpin:127.0.0.1:0?name=tcp";
+const TCP: &str = "tcpin:127.0.0.1:0?name=tcp&stall_timeout=10m";
 const UDP: &str = "udpin:127.0.0.1:0?name=udp";
 
 /// Frames of 267 bytes in one step, and how many steps make 24 MB.

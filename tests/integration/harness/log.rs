@@ -41,7 +41,7 @@ impl Log {
 
     /// The same, from the line number `from` on; see [`Self::len`].
     pub(crate) fn wait_from(&self, from: usize, words: &[&str]) -> String {
-        let has_all = |line: &&String| words.iter().all(|word| line.contains(word));
+        let has_all = |line: &&String| has_all(line, words);
         let found = self.wait_until(|state| {
             let later = state.lines.get(from..).unwrap_or_default();
             later.iter().find(has_all).cloned()
@@ -51,14 +51,8 @@ impl Log {
 
     /// Waits for the program to close its standard error; gives everything that it wrote.
     pub(crate) fn wait_for_end(&self) -> String {
-        self.wait_until(|state| state.ended.then_some(()));
-        let state = self.0.0.lock().expect("the log");
-        assert!(
-            state.ended,
-            "the program still runs:\n{}",
-            state.lines.join("\n")
-        );
-        state.lines.join("\n")
+        let text = self.wait_until(|state| state.ended.then(|| state.lines.join("\n")));
+        text.unwrap_or_else(|| panic!("the program still runs:\n{}", self.text()))
     }
 
     /// How many lines there are.
@@ -69,9 +63,7 @@ impl Log {
     /// Whether a line holds all of `words`.
     pub(crate) fn has(&self, words: &[&str]) -> bool {
         let lines = self.lines();
-        lines
-            .iter()
-            .any(|line| words.iter().all(|word| line.contains(word)))
+        lines.iter().any(|line| has_all(line, words))
     }
 
     /// All lines so far.
@@ -106,4 +98,17 @@ impl Log {
         change(&mut self.0.0.lock().expect("the log"));
         self.0.1.notify_all();
     }
+}
+
+/// Whether each of `words` stands in `line`, and not as the end of a longer word.
+fn has_all(line: &str, words: &[&str]) -> bool {
+    let in_a_word = |at: usize, word: &str| {
+        let before = line[..at].chars().next_back();
+        word.starts_with(char::is_alphanumeric) && before.is_some_and(char::is_alphanumeric)
+    };
+    let stands = |word: &&str| {
+        line.match_indices(*word)
+            .any(|(at, _)| !in_a_word(at, word))
+    };
+    words.iter().all(stands)
 }

@@ -206,7 +206,7 @@ pub(crate) fn run(arguments: &[&str]) -> Output {
     let mut child = Guard(command.spawn().expect("the program starts"));
     let errors = Log::follow(child.0.stderr.take().expect("its standard error"));
     let output = Log::follow(child.0.stdout.take().expect("its standard output"));
-    let (stdout, stderr) = (output.wait_for_end(), errors.wait_for_end());
+    let (stderr, stdout) = (errors.wait_for_end(), output.wait_for_end());
     let status = child.0.wait().expect("the program's end");
     Output {
         status,
