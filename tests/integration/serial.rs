@@ -164,21 +164,15 @@ fn a_serial_port_that_is_absent_at_start_is_awaited_and_others_work_meanwhile() 
 #[test]
 fn a_serial_port_without_permission_is_refused_with_the_remedy() {
     let pty = Pty::new();
-    let dir = TempDir::new();
     let endpoint = format!("serial:{}:57600?name=fc", pty.device());
     fs::set_permissions(&pty.path, fs::Permissions::from_mode(0o0)).unwrap();
     // The superuser needs no permission, so the router must be somebody else.
     let nobody = rustix::process::geteuid().is_root().then_some(65534);
-    let program = dir.path("mavswitch");
-    fs::copy(env!("CARGO_BIN_EXE_mavswitch"), &program).unwrap();
-    if nobody.is_some() && !is_open_to_all(&program) {
-        println!(
-            "skipped: nobody else can run a program from {}",
-            program.display()
-        );
+    if nobody.is_some() && !is_open_to_all(Path::new(PROGRAM)) {
+        println!("skipped: nobody else can run {PROGRAM}");
         return;
     }
-    let router = Router::launch_as(&program, nobody, &[&endpoint, TCP]);
+    let router = Router::launch_as(nobody, &[&endpoint, TCP]);
     let (status, text) = router.wait_for_end();
     assert_eq!(status.code(), Some(1), "{text}");
     let line = text.lines().find(|line| line.starts_with("mavswitch: "));

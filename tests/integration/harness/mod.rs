@@ -24,7 +24,7 @@ pub(crate) use noise::Noise;
 pub(crate) use peer::{Peer, Wire, source_of};
 pub(crate) use process::eventually;
 pub(crate) use pty::Pty;
-pub(crate) use router::{Router, run};
+pub(crate) use router::{PROGRAM, Router, run};
 pub(crate) use tcp::{TcpServer, TcpWire, blackhole};
 pub(crate) use udp::{UdpWire, roomy_udp_socket};
 

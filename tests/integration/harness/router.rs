@@ -2,7 +2,6 @@
 
 use std::net::SocketAddr;
 use std::os::unix::process::CommandExt;
-use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::thread;
 
@@ -33,12 +32,12 @@ impl Router {
 
     /// Starts the router and waits for nothing.
     pub(crate) fn launch(arguments: &[&str]) -> Self {
-        Self::launch_as(Path::new(PROGRAM), None, arguments)
+        Self::launch_as(None, arguments)
     }
 
-    /// The same with another file of the program, as another user.
-    pub(crate) fn launch_as(program: &Path, user: Option<u32>, arguments: &[&str]) -> Self {
-        let mut command = Command::new(program);
+    /// The same as another user, if one is given.
+    pub(crate) fn launch_as(user: Option<u32>, arguments: &[&str]) -> Self {
+        let mut command = Command::new(PROGRAM);
         command
             .args(arguments)
             .stdin(Stdio::null())
@@ -226,7 +225,7 @@ impl Drop for Guard {
 }
 
 /// The program as built for this test.
-const PROGRAM: &str = env!("CARGO_BIN_EXE_mavswitch");
+pub(crate) const PROGRAM: &str = env!("CARGO_BIN_EXE_mavswitch");
 
 fn seen(component: Component) -> String {
     format!("component {component} seen on ")

@@ -1,6 +1,6 @@
 //! Peers that speak TCP: clients of the router, and servers that it calls.
 
-use std::io::{ErrorKind, Read, Write};
+use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::time::Duration;
 
@@ -96,7 +96,7 @@ impl TcpServer {
     pub(crate) fn down() -> Self {
         let any: SocketAddr = "127.0.0.1:0".parse().expect("an address");
         Self {
-            reservation: reusable(&any.into()),
+            reservation: reusable(&any.into()).expect("a free port"),
             listener: None,
         }
     }
@@ -109,8 +109,13 @@ impl TcpServer {
 
     /// Begins to listen.
     pub(crate) fn up(&mut self) {
-        let socket = reusable(&self.address().into());
-        socket.listen(16).expect("to listen");
+        // While another test starts a program, that child holds a copy of the last listener.
+        let mut listener = None;
+        eventually("the port is free again", || {
+            listener = listening(&self.address().into(), 16).ok();
+            listener.is_some()
+        });
+        let socket = listener.expect("a socket");
         socket
             .set_nonblocking(true)
             .expect("a socket that does not wait");
@@ -144,8 +149,7 @@ impl TcpServer {
 /// A listener that answers no call, as an unreachable host: keep what this returns.
 pub(crate) fn blackhole() -> (SocketAddr, Vec<Socket>) {
     let any: SocketAddr = "127.0.0.1:0".parse().expect("an address");
-    let listener = reusable(&any.into());
-    listener.listen(0).expect("to listen");
+    let listener = listening(&any.into(), 0).expect("a free port");
     let address = listener.local_addr().expect("a bound socket");
     let mut kept = vec![listener];
     // Fill the queue of calls that nobody takes; from then on a call is not even refused.
@@ -161,11 +165,16 @@ pub(crate) fn blackhole() -> (SocketAddr, Vec<Socket>) {
     (address.as_socket().expect("an IP address"), kept)
 }
 
-fn reusable(address: &SockAddr) -> Socket {
-    let socket = Socket::new(address.domain(), Type::STREAM, None).expect("a socket");
-    socket
-        .set_reuse_address(true)
-        .expect("an address to use again");
-    socket.bind(address).expect("a free port");
-    socket
+fn listening(address: &SockAddr, backlog: i32) -> io::Result<Socket> {
+    let socket = reusable(address)?;
+    socket.listen(backlog)?;
+    Ok(socket)
+}
+
+/// A bound socket, if nobody listens there.
+fn reusable(address: &SockAddr) -> io::Result<Socket> {
+    let socket = Socket::new(address.domain(), Type::STREAM, None)?;
+    socket.set_reuse_address(true)?;
+    socket.bind(address)?;
+    Ok(socket)
 }
