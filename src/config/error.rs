@@ -222,7 +222,7 @@ mod tests {
         ),
         (
             "udpout:10.0.0.2?bind=::1:14551",
-            "bad value `::1:14551` for option `bind`: expected a local HOST:PORT, HOST or :PORT, IPv6 in brackets",
+            "bad value `::1:14551` for option `bind`: expected a local IP:PORT, IP or :PORT, IPv6 in brackets",
         ),
         ("udpin:14550?name=50%", "bad % in option `name`: write a percent sign as %25"),
         ("udpin:14550?name=a&name=b", "option `name` is there twice: keep one"),

@@ -122,7 +122,10 @@ pub(super) fn parse_local(text: &str) -> Option<HostPort> {
         return None;
     }
     let (host, port) = parse(text, "").ok()?;
-    Some(HostPort { host: host.unwrap_or(Host::UNSPECIFIED), port: port.unwrap_or(0) })
+    let host = host.unwrap_or(Host::UNSPECIFIED);
+    // A name would have to be resolved first; whoever binds knows the address.
+    host.ip()?;
+    Some(HostPort { host, port: port.unwrap_or(0) })
 }
 
 /// Reads what follows the opening bracket.

@@ -31,8 +31,8 @@ pub const OPTIONS: &[OptionSpec] = &[
     },
     OptionSpec {
         name: "bind",
-        value: "HOST:PORT",
-        expects: "a local HOST:PORT, HOST or :PORT, IPv6 in brackets",
+        value: "IP:PORT",
+        expects: "a local IP:PORT, IP or :PORT, IPv6 in brackets",
         help: "send from this local address and port",
         default: None,
         applies_to: SENDERS,

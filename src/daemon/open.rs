@@ -173,12 +173,12 @@ impl Daemon {
         };
         let socket = doing(|| format!("send from {local}"), open_udp(local, settings))?;
         let local = doing(action, socket.local_addr())?;
-        let (group_socket, own) = if is_multicast {
-            let group = doing(|| format!("join {everybody}"), open_group(endpoint, everybody))?;
-            (Some(group), doing(action, own_address(everybody, local))?)
+        let group_socket = if is_multicast {
+            Some(doing(|| format!("join {everybody}"), open_group(endpoint, everybody))?)
         } else {
-            (None, local)
+            None
         };
+        let own = doing(action, own_address(everybody, local))?;
         let link = self.add_sender_link(index, everybody, local)?;
         let role = Role::Shared { link, everybody, own, answerer: Answerer::default() };
         let port = DatagramPort { socket, group_socket, writable: true, role };
@@ -234,14 +234,15 @@ fn open_group(endpoint: &Endpoint, group: SocketAddr) -> io::Result<mio::net::Ud
     Ok(socket)
 }
 
-/// Where our own multicast datagrams come from, to know them when they come back.
-fn own_address(group: SocketAddr, local: SocketAddr) -> io::Result<SocketAddr> {
+/// Where our own datagrams to everybody come from, to know them when they come back.
+fn own_address(everybody: SocketAddr, local: SocketAddr) -> io::Result<SocketAddr> {
     if !local.ip().is_unspecified() {
         return Ok(local);
     }
     // Connecting a datagram socket sends nothing; it asks the system for the route.
     let probe = UdpSocket::bind(SocketAddr::new(local.ip(), 0))?;
-    probe.connect(group)?;
+    probe.set_broadcast(true)?;
+    probe.connect(everybody)?;
     Ok(SocketAddr::new(probe.local_addr()?.ip(), local.port()))
 }
 

@@ -85,7 +85,7 @@ impl Daemon {
             };
             match result {
                 Ok(count) => {
-                    (0..count).for_each(|slot| self.handle_datagram(index, slot));
+                    (0..count).for_each(|slot| self.handle_datagram(index, slot, group));
                     if count < BATCH {
                         return true;
                     }
@@ -99,13 +99,10 @@ impl Daemon {
         false
     }
 
-    fn handle_datagram(&mut self, index: usize, slot: usize) {
-        let (len, Some(source)) = self.inbox.received(slot) else {
-            return;
-        };
-        let State::Datagrams(port) = &mut self.io.endpoints[index].state else {
-            return;
-        };
+    /// `to_group`: it was sent to the multicast group, and not to us alone.
+    fn handle_datagram(&mut self, index: usize, slot: usize, to_group: bool) {
+        let (len, Some(source)) = self.inbox.received(slot) else { return };
+        let State::Datagrams(port) = &mut self.io.endpoints[index].state else { return };
         match &mut port.role {
             Role::Server(peers) => match peers.find(source) {
                 Some(link) => {
@@ -118,37 +115,32 @@ impl Daemon {
                 let link = *link;
                 self.route(link, slot, len, Input::Paused);
             }
-            Role::Shared { link, own, answerer, .. } if source != *own => {
-                let is_other = answerer.last_source.replace(source) != Some(source);
-                let link = *link;
-                self.handle_shared(index, link, slot, source, is_other);
-            }
-            Role::Sender { .. } | Role::Shared { .. } => {}
+            // What we send to everybody comes back to us as well.
+            Role::Shared { own, .. } if source == *own => {}
+            Role::Shared { .. } => self.handle_shared(index, slot, source, to_group),
+            Role::Sender { .. } => {}
         }
     }
 
-    /// A datagram of one of many who share a link.
-    fn handle_shared(
-        &mut self,
-        index: usize,
-        link: LinkId,
-        slot: usize,
-        source: SocketAddr,
-        is_other: bool,
-    ) {
-        if is_other && let Some(link) = self.io.links.get_mut(link) {
+    /// A datagram of one of many who share a link. Who answers us alone is sent to alone.
+    fn handle_shared(&mut self, index: usize, slot: usize, source: SocketAddr, to_group: bool) {
+        let State::Datagrams(port) = &mut self.io.endpoints[index].state else { return };
+        let Role::Shared { link, answerer, .. } = &mut port.role else { return };
+        let link = *link;
+        if answerer.last_source.replace(source) != Some(source)
+            && let Some(link) = self.io.links.get_mut(link)
+        {
             link.splitter.forget();
         }
         let (len, _) = self.inbox.received(slot);
         let verified = self.route(link, slot, len, Input::Paused);
-        let (now, endpoint) = (self.now, &mut self.io.endpoints[index]);
-        let sticky = endpoint.options().sticky;
+        let endpoint = &mut self.io.endpoints[index];
+        let is_answer = verified && !to_group && endpoint.options().sticky;
         if let State::Datagrams(port) = &mut endpoint.state
             && let Role::Shared { answerer, .. } = &mut port.role
-            && verified
-            && sticky
+            && is_answer
         {
-            answerer.handle(source, now);
+            answerer.handle(source, self.now);
         }
     }
 

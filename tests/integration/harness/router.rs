@@ -1,0 +1,215 @@
+//! The program under test: started, listened to, ended.
+
+use std::net::SocketAddr;
+use std::os::unix::process::CommandExt;
+use std::process::{Child, Command, ExitStatus, Output, Stdio};
+use std::thread;
+
+use mavswitch::mavlink::Component;
+use rustix::process::{Pid, Signal, kill_process};
+
+use super::log::Log;
+use super::peer::{Peer, Wire};
+use super::process::{Process, eventually};
+use super::pty::{Pty, PtyWire};
+use super::tcp::TcpWire;
+use super::udp::UdpWire;
+
+/// A running router. It must still run when the test is over, unless the test saw its end.
+pub(crate) struct Router {
+    child: Child,
+    pub(crate) log: Log,
+    ended: bool,
+}
+
+impl Router {
+    /// Starts the router and waits until it has opened everything.
+    pub(crate) fn start(arguments: &[&str]) -> Self {
+        let router = Self::launch(arguments);
+        router.log.wait_for(&["ready"]);
+        router
+    }
+
+    /// Starts the router and waits for nothing.
+    pub(crate) fn launch(arguments: &[&str]) -> Self {
+        Self::launch_as(None, arguments)
+    }
+
+    /// The same as another user, if one is given.
+    pub(crate) fn launch_as(user: Option<u32>, arguments: &[&str]) -> Self {
+        let mut command = Command::new(PROGRAM);
+        command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+        if let Some(user) = user {
+            command.uid(user).gid(user);
+        }
+        let mut child = command.spawn().expect("the program starts");
+        let log = Log::follow(child.stderr.take().expect("its standard error"));
+        Self { child, log, ended: false }
+    }
+
+    /// The address at which this endpoint listens.
+    pub(crate) fn address(&self, endpoint: &str) -> SocketAddr {
+        self.address_after(&format!("{endpoint}: listening on "))
+    }
+
+    /// The address from which this endpoint sends.
+    pub(crate) fn sends_from(&self, endpoint: &str) -> SocketAddr {
+        let line = self.log.wait_for(&[&format!("{endpoint}: sending to ")]);
+        first_word(line.split_once(" from ").expect("a source address").1)
+    }
+
+    fn address_after(&self, text: &str) -> SocketAddr {
+        let line = self.log.wait_for(&[text]);
+        first_word(line.split_once(text).expect("the text waited for").1)
+    }
+
+    /// Somebody new at a UDP port, already admitted.
+    pub(crate) fn udp(&self, endpoint: &str, me: Component) -> Peer<UdpWire> {
+        let wire = UdpWire::to(self.address(endpoint));
+        let from = wire.address();
+        let mut peer = Peer::new(wire, me);
+        peer.send_mark();
+        self.log.wait_for(&[&format!("{endpoint}: link #"), &format!(" up: {from}")]);
+        peer
+    }
+
+    /// Somebody new at a TCP port, already known by its component id.
+    ///
+    /// Unless that component is known already: then only the connection is sure.
+    pub(crate) fn tcp(&self, endpoint: &str, me: Component) -> Peer<TcpWire> {
+        let known = self.log.has(&[&seen(me)]);
+        let mut peer = self.tcp_silent(endpoint, me);
+        peer.send_mark();
+        if !known {
+            self.log.wait_for(&[&seen(me), &format!(" on {endpoint} ")]);
+        }
+        peer
+    }
+
+    /// A new TCP connection on which nothing has been said yet.
+    pub(crate) fn tcp_silent(&self, endpoint: &str, me: Component) -> Peer<TcpWire> {
+        let wire = TcpWire::to(self.address(endpoint));
+        self.wait_for_link(endpoint, &wire);
+        Peer::new(wire, me)
+    }
+
+    /// A new TCP connection that the router may not have noticed yet.
+    pub(crate) fn tcp_unnoticed(&self, endpoint: &str, me: Component) -> Peer<TcpWire> {
+        Peer::new(TcpWire::to(self.address(endpoint)), me)
+    }
+
+    /// Waits until the router has noticed this connection.
+    pub(crate) fn wait_for_link(&self, endpoint: &str, wire: &TcpWire) {
+        let from = wire.stream.local_addr().expect("a connected socket");
+        self.log.wait_for(&[&format!("{endpoint}: link #"), &format!(" up: {from}")]);
+    }
+
+    /// Somebody at a serial port that the router has been told to open.
+    pub(crate) fn serial(&self, endpoint: &str, pty: Pty, me: Component) -> Peer<PtyWire> {
+        self.log.wait_for(&[&format!("{endpoint}: link #"), " up"]);
+        let mut peer = Peer::new(pty.wire, me);
+        peer.send_mark();
+        self.wait_until_seen(me);
+        peer
+    }
+
+    /// Waits until the router has heard this component.
+    pub(crate) fn wait_until_seen(&self, component: Component) {
+        self.log.wait_for(&[&seen(component)]);
+    }
+
+    /// Waits until the router has no way to this component any more.
+    pub(crate) fn wait_until_lost(&self, component: Component) {
+        self.log.wait_for(&[&format!("component {component} lost")]);
+    }
+
+    /// What the kernel knows of it.
+    pub(crate) fn process(&self) -> Process {
+        Process(self.child.id())
+    }
+
+    /// Sends a signal.
+    pub(crate) fn signal(&self, signal: Signal) {
+        let id = self.child.id().try_into().ok().and_then(Pid::from_raw);
+        kill_process(id.expect("a process id"), signal).expect("the program runs");
+    }
+
+    /// Waits for the end and gives everything it wrote.
+    pub(crate) fn wait_for_end(mut self) -> (ExitStatus, String) {
+        let text = self.log.wait_for_end();
+        self.ended = true;
+        (self.child.wait().expect("the program's end"), text)
+    }
+
+    /// Waits until it has no more open descriptors than that.
+    pub(crate) fn wait_for_descriptors(&self, at_most: usize) {
+        eventually(&format!("at most {at_most} descriptors"), || {
+            self.process().descriptors() <= at_most
+        });
+    }
+
+    /// Asserts that resident memory has grown by less than `mib` since it was `before_kib`.
+    #[track_caller]
+    pub(crate) fn assert_grown_less_than(&self, mib: usize, before_kib: usize) {
+        let now = self.process().resident_kib();
+        assert!(now < before_kib + mib * 1024, "memory grew from {before_kib} to {now} KiB");
+    }
+
+    /// Asserts that a frame gets through both ways.
+    pub(crate) fn assert_serves(&self, a: &mut Peer<impl Wire>, b: &mut Peer<impl Wire>) {
+        a.meet(b);
+        b.meet(a);
+    }
+}
+
+impl Drop for Router {
+    fn drop(&mut self) {
+        if self.ended {
+            return;
+        }
+        let early = self.child.try_wait().ok().flatten();
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        if thread::panicking() {
+            eprintln!("the router's log:\n{}", self.log.text());
+        } else if let Some(status) = early {
+            panic!("the router ended by itself ({status}):\n{}", self.log.text());
+        }
+    }
+}
+
+/// Runs the program to its end, which is to come by itself.
+pub(crate) fn run(arguments: &[&str]) -> Output {
+    let mut command = Command::new(PROGRAM);
+    command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = Guard(command.spawn().expect("the program starts"));
+    let errors = Log::follow(child.0.stderr.take().expect("its standard error"));
+    let output = Log::follow(child.0.stdout.take().expect("its standard output"));
+    let (stderr, stdout) = (errors.wait_for_end(), output.wait_for_end());
+    let status = child.0.wait().expect("the program's end");
+    Output { status, stdout: stdout.into_bytes(), stderr: stderr.into_bytes() }
+}
+
+/// Nobody outlives the test that started it.
+struct Guard(Child);
+
+impl Drop for Guard {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// The program as built for this test.
+pub(crate) const PROGRAM: &str = env!("CARGO_BIN_EXE_mavswitch");
+
+fn seen(component: Component) -> String {
+    format!("component {component} seen on ")
+}
+
+/// The address at the start of `text`; a quotation mark of JSON may follow.
+fn first_word(text: &str) -> SocketAddr {
+    let end = text.find(|c: char| c.is_whitespace() || c == '"').unwrap_or(text.len());
+    let word = &text[..end];
+    word.parse().unwrap_or_else(|_| panic!("{word:?} is no address"))
+}

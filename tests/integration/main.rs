@@ -1,0 +1,24 @@
+//! The program as its users meet it: the real binary, spoken to through real sockets and terminals.
+//!
+//! Each scenario is told as the field talks: who sends what, and who must hear it.
+//! `cargo test --test integration` runs them; see [`harness`] for what they are made of.
+
+// A harness that cannot go on fails the test that it serves, and a panic is how.
+#![allow(clippy::unwrap_used)]
+
+mod abuse;
+mod addresses;
+mod architecture;
+mod connections;
+mod corruption;
+mod datagrams;
+mod forwarding;
+mod harness;
+mod learning;
+mod program;
+mod resync;
+mod ring;
+mod routing;
+mod serial;
+mod shutdown;
+mod stalled;

@@ -1,0 +1,115 @@
+//! Readers that do not read, and bursts for those who do (rule 43): nobody pays for another.
+
+use std::thread;
+
+use crate::harness::*;
+
+const TCP: &str = "tcpin:127.0.0.1:0?name=tcp&stall_timeout=10m";
+const UDP: &str = "udpin:127.0.0.1:0?name=udp";
+
+/// Frames of 267 bytes in one step, and how many steps make 24 MB.
+const STEP: u32 = 200;
+const STEPS: u32 = 450;
+
+#[test]
+fn a_reader_that_never_reads_harms_nobody_and_later_reads_whole_frames_only() {
+    let router = Router::start(&[TCP, UDP]);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let mut healthy = router.tcp("tcp", GCS);
+    let mut stalled = Peer::new(TcpWire::narrow_to(router.address("tcp")), GCS_2);
+    router.wait_for_link("tcp", &stalled.wire);
+    let before = router.process().resident_kib();
+    for step in 0..STEPS {
+        let frames: Vec<_> = (step * STEP..(step + 1) * STEP).map(|n| bulk(VEHICLE, n)).collect();
+        vehicle.send(frames.concat());
+        healthy.expect_each(&frames);
+    }
+    router.assert_grown_less_than(12, before);
+    let received = stalled.meet(&mut vehicle);
+    assert_rises_with_gaps(&received);
+}
+
+/// Each frame is one that was sent, to its last byte; their order is kept; many are missing.
+fn assert_rises_with_gaps(received: &[Vec<u8>]) {
+    assert!(!received.is_empty() && received.len() < (STEP * STEPS) as usize);
+    let numbers: Vec<u32> = received.iter().map(|frame| number_in(frame)).collect();
+    assert!(numbers.is_sorted_by(|a, b| a < b), "out of order: {numbers:?}");
+    for (frame, n) in received.iter().zip(numbers) {
+        assert_eq!(frame, &bulk(VEHICLE, n));
+    }
+}
+
+#[test]
+fn a_stalled_reader_does_not_stall_what_it_says_itself() {
+    let router = Router::start(&[TCP, UDP]);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let mut healthy = router.udp("udp", GCS);
+    let mut stalled = Peer::new(TcpWire::narrow_to(router.address("tcp")), GCS_2);
+    router.wait_for_link("tcp", &stalled.wire);
+    for step in 0..100 {
+        let frames: Vec<_> = (0..STEP).map(|n| bulk(VEHICLE, step * STEP + n)).collect();
+        vehicle.send(frames.concat());
+        healthy.expect_each(&frames);
+    }
+    stalled.send(command_long(GCS_2, VEHICLE));
+    vehicle.expect(command_long(GCS_2, VEHICLE));
+}
+
+#[test]
+fn ten_thousand_frames_in_one_burst_arrive_from_tcp_to_tcp() {
+    let router = Router::start(&[TCP]);
+    let mut gcs = router.tcp("tcp", GCS);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let frames: Vec<_> = (0..10_000).map(|n| attitude(VEHICLE, n)).collect();
+    thread::scope(|scope| {
+        scope.spawn(|| vehicle.send(frames.concat()));
+        gcs.expect_each(&frames);
+    });
+    gcs.expect_nothing_from(&mut vehicle);
+}
+
+#[test]
+fn a_serial_line_that_takes_nothing_harms_nobody_and_later_gives_whole_frames_only() {
+    let line = Pty::new();
+    let serial = format!("serial:{}:921600?name=radio", line.device());
+    let router = Router::start(&[TCP, &serial]);
+    let mut radio = router.serial("radio", line, OTHER);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let mut healthy = router.tcp("tcp", GCS);
+    let before = router.process().resident_kib();
+    for step in 0..100 {
+        let frames: Vec<_> = (0..STEP).map(|n| bulk(VEHICLE, step * STEP + n)).collect();
+        vehicle.send(frames.concat());
+        healthy.expect_each(&frames);
+    }
+    router.assert_grown_less_than(8, before);
+    let received = radio.meet(&mut vehicle);
+    assert_rises_with_gaps(&received);
+}
+
+#[test]
+fn what_leaves_a_serial_line_slower_than_its_traffic_is_whole_frames() {
+    let line = Pty::new();
+    let serial = format!("serial:{}:57600?name=radio", line.device());
+    let router = Router::start(&[TCP, &serial]);
+    let mut radio = router.serial("radio", line, OTHER);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let frames: Vec<_> = (0..STEP).map(|n| bulk(VEHICLE, n)).collect();
+    vehicle.send(frames.concat());
+    let received = radio.meet(&mut vehicle);
+    assert!(!received.is_empty() && received.iter().all(|frame| frames.contains(frame)));
+}
+
+#[test]
+fn an_unreachable_tcp_server_does_not_delay_others() {
+    let (nowhere, _kept) = blackhole();
+    let router = Router::launch(&[&format!("tcpout:{nowhere}?name=out"), TCP, UDP]);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let mut gcs = router.udp("udp", GCS);
+    for n in 0..100 {
+        vehicle.send(attitude(VEHICLE, n));
+        gcs.expect(attitude(VEHICLE, n));
+        gcs.send(command_long(GCS, VEHICLE));
+        vehicle.expect(command_long(GCS, VEHICLE));
+    }
+}
