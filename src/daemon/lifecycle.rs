@@ -5,7 +5,7 @@ use std::io;
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use tracing::{info, warn};
+use tracing::info;
 
 use super::endpoint::{Role, State};
 use super::error::{StartError, may_pass};
@@ -218,12 +218,10 @@ impl Daemon {
     fn try_later(&mut self, index: usize, OpenError { action, error }: OpenError) {
         let endpoint = &mut self.io.endpoints[index];
         endpoint.state = State::Waiting;
-        let text = format!("cannot {action}: {error}");
+        let text = format!("cannot {action}: {error}; waiting for it");
         if endpoint.told.as_ref() != Some(&text) {
-            if endpoint.log.permit(self.now).is_some() {
-                warn!("{}: {text}; waiting for it", endpoint.name);
-            }
-            endpoint.told = Some(text);
+            endpoint.told = Some(text.clone());
+            self.warn(index, &text);
         }
         self.try_again(index);
     }

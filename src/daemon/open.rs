@@ -48,8 +48,8 @@ impl Daemon {
         let rtscts = endpoint.options().flow == FlowControl::RtsCts;
         let action = || format!("open {}", path.display());
         let file = doing(action, open_serial(&path, SerialSettings { baud, rtscts }))?;
-        info!("{}: open at {baud} baud", endpoint.name);
         let peer = path.display().to_string();
+        self.tell(index, &format!("open at {baud} baud"));
         let link = doing(action, self.add_stream(index, peer, Stream::Serial(file)))?;
         self.set_open(index, State::Up(link));
         if is_one_of_several {
@@ -65,8 +65,8 @@ impl Daemon {
         let heard = self.router.port(id).is_some_and(|port| port.quality().last_heard.is_some());
         if heard {
             endpoint.baud_is_proven = true;
-            info!("{}: frames at {} baud", endpoint.name, bauds[endpoint.baud]);
-            return;
+            let text = format!("frames at {} baud", bauds[endpoint.baud]);
+            return self.tell(index, &text);
         }
         endpoint.baud = (endpoint.baud + 1) % bauds.len();
         let baud = bauds[endpoint.baud];

@@ -21,7 +21,7 @@ mod time;
 
 pub use counters::{DropReason, LinkCounters};
 pub use group::{GroupId, Membership, Quality};
-pub use link_set::{LinkId, LinkSet, MAX_LINKS};
+pub use link_set::{LinkId, LinkSet, Links, MAX_LINKS};
 pub use options::{Capacity, LOOP_WINDOW, Learn, LinkOptions, RouterEvent, RouterOptions};
 pub use port::Port;
 pub use queue::{Frames, Full, Packed, Precedence, Queue, QueueLimits, fuzz_queue};

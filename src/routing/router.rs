@@ -115,9 +115,9 @@ impl Router {
 
     /// Where a frame from `link` goes, whether or not there is room (rules 33-39, 47 and 49).
     fn destinations(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) -> LinkSet {
-        let candidates =
+        let mut destinations =
             if frame.is_directed() { self.routes_to(frame.target, now) } else { self.links };
-        let mut destinations = candidates - LinkSet::of(link);
+        destinations.remove(link);
         if !self.groups.is_empty() {
             destinations = self.choose_paths(link, destinations, now);
         }
