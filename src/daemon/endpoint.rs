@@ -28,12 +28,27 @@ pub(super) struct Endpoint {
     /// Which of several baud rates is in use, and whether frames were heard at it.
     pub(super) baud: usize,
     pub(super) baud_is_proven: bool,
+    /// Where it was opened, and what its sockets depend on.
+    pub(super) address: Option<SocketAddr>,
+    pub(super) bound: Bound,
     /// What its host means, and which of these addresses comes next.
     pub(super) addresses: Vec<SocketAddr>,
     pub(super) next_address: usize,
     pub(super) log: LogLimit,
     /// The failure that was last told, so that it is told once and not at every try.
     pub(super) told: Option<String>,
+}
+
+/// What the sockets of an endpoint are bound to besides their addresses.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+pub(super) enum Bound {
+    /// Nothing that can go away.
+    #[default]
+    Nothing,
+    /// The network interface with this number; one that comes back has another.
+    Interface(u32),
+    /// The interface that multicast takes, known by the address that we have there.
+    Source(SocketAddr),
 }
 
 /// How far an endpoint is.
@@ -166,6 +181,8 @@ impl Endpoint {
             membership: None,
             baud: 0,
             baud_is_proven: false,
+            address: None,
+            bound: Bound::Nothing,
             addresses: Vec::new(),
             next_address: 0,
             log: LogLimit::new(now),
