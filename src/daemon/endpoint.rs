@@ -8,7 +8,7 @@ use mio::net::{TcpListener, TcpStream, UdpSocket};
 
 use crate::config::{EndpointConfig, EndpointOptions};
 use crate::link::Backoff;
-use crate::routing::{LinkId, Membership, RateCap, Time};
+use crate::routing::{FilterLists, LinkId, Membership, RateCap, Time};
 
 use super::log_limit::LogLimit;
 
@@ -23,6 +23,8 @@ pub(super) struct Endpoint {
     /// When [`super::timers::Timer::Endpoint`] has something to do.
     pub(super) deadline: Option<Time>,
     /// What its options mean for the router.
+    pub(super) filter_in: FilterLists,
+    pub(super) filter_out: FilterLists,
     pub(super) caps: Vec<RateCap>,
     pub(super) membership: Option<Membership>,
     /// Which of several baud rates is in use, and whether frames were heard at it.
@@ -177,6 +179,8 @@ impl Endpoint {
             state: State::Waiting,
             backoff: Backoff::new(),
             deadline: None,
+            filter_in: FilterLists::default(),
+            filter_out: FilterLists::default(),
             caps: Vec::new(),
             membership: None,
             baud: 0,
