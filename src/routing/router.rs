@@ -114,7 +114,9 @@ impl Router {
             port.counters[DropReason::FilteredIn] += 1;
             return self.count_sequence(link, frame);
         }
-        let window = port.options.dedup;
+        // What teaches no route would go round in a ring for ever but for its bytes.
+        let is_learnable = frame.verified && frame.header.source.is_valid_source();
+        let window = if is_learnable { port.options.dedup } else { Some(LOOP_WINDOW) };
         let is_copy =
             window.is_some_and(|window| self.dedup.is_copy(frame.bytes, link, window, now));
         self.learn(link, frame, is_copy, now);
