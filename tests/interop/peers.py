@@ -9,9 +9,9 @@ import time
 # What a connection speaks at first, and what it knows; read by pymavlink when it is imported.
 os.environ.update(MAVLINK20="1", MAVLINK_DIALECT="common")
 
-from pymavlink import mavutil  # noqa: E402
-from pymavlink.dialects.v10 import common as mavlink1  # noqa: E402
-from pymavlink.dialects.v20 import common as mavlink2  # noqa: E402
+from pymavlink import mavutil
+from pymavlink.dialects.v10 import common as mavlink1
+from pymavlink.dialects.v20 import common as mavlink2
 
 DIALECTS = {1: mavlink1, 2: mavlink2}
 

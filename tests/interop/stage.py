@@ -195,4 +195,6 @@ class Stage:
         assert status == 0, f"the router ended with status {status}"
 
     def __str__(self):
-        return "\n".join(str(somebody) for somebody in [*self.peers, *self.listeners, *self.programs])
+        return "\n".join(
+            str(somebody) for somebody in [*self.peers, *self.listeners, *self.programs]
+        )

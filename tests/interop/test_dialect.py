@@ -7,7 +7,7 @@ from pathlib import Path
 import pymavlink
 import pytest
 from conftest import ROOT
-from peers import DIALECTS, GroundStation, assert_heard_byte_for_byte
+from peers import GroundStation, assert_heard_byte_for_byte
 from pymavlink.generator import mavgen, mavparse
 from vehicle import Vehicle
 

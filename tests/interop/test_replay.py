@@ -149,10 +149,11 @@ def replay(stage, flight, player, listeners):
     def missing():
         return max(len(listener.ends) - listener.heard for listener in listeners)
 
-    for index, frame in enumerate(flight):
-        player.sendall(frame)
-        left = len(flight) - index - 1
-        if left % (WINDOW // 2) == 0:
-            keep_up = lambda: missing() <= left + WINDOW // 2  # noqa: E731
-            stage.until("the listeners to keep up", keep_up)
+    portion = WINDOW // 2
+    for start in range(0, len(flight), portion):
+        for frame in flight[start : start + portion]:
+            player.sendall(frame)
+        # What was sent before this portion has arrived.
+        unsent = len(flight) - start
+        stage.until("the listeners to keep up", lambda most=unsent: missing() <= most)
     stage.until("the last frames", lambda: missing() == 0)

@@ -23,7 +23,9 @@ def test_signed_frames_verify_at_the_other_end(stage):
     ground.say("param_request_list", **vehicle.target)
     stage.until("the parameters", lambda: ground.parameters == PARAMETERS)
     kind = mavlink2.MAV_PARAM_TYPE_REAL32
-    ground.say("param_set", param_id=b"TEST_001", param_value=8.0, param_type=kind, **vehicle.target)
+    ground.say(
+        "param_set", param_id=b"TEST_001", param_value=8.0, param_type=kind, **vehicle.target
+    )
     stage.until("the new value", lambda: ground.parameters["TEST_001"] == 8.0)
     stage.roll_call()
     assert all(message.get_signed() for message in [*ground.heard, *vehicle.heard])

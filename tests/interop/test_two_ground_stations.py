@@ -39,7 +39,7 @@ def test_each_gets_its_own_answers(stage, everybody):
         station.say("command_long", confirmation=0, **command, **others, **vehicle.target)
     stage.until(
         "both to be answered",
-        lambda: all(len(station.heard_of("COMMAND_ACK")) == 1 for station in stations),
+        lambda: all(station.heard_of("COMMAND_ACK") for station in stations),
     )
     stage.roll_call()
     for station in stations:
@@ -55,7 +55,7 @@ def test_both_hear_what_is_for_everybody(stage, everybody):
     first.say("param_request_list", **vehicle.target)
     stage.until(
         "both to hear the list",
-        lambda: all(len(s.heard_of("PARAM_VALUE")) == len(PARAMETERS) for s in (first, second)),
+        lambda: all(s.parameters == PARAMETERS for s in (first, second)),
     )
     stage.roll_call()
     assert_heard_byte_for_byte(first, vehicle)
