@@ -118,7 +118,7 @@ class Stage:
         return peer
 
     def open(self, *arguments):
-        """Starts the router, and everybody joins: connected, seen by the router and by the others."""
+        """Starts the router, and everybody joins: seen by the router, and heard by the others."""
         addresses = dict.fromkeys(
             f"{kind}:127.0.0.1:{peer.port if kind in CALLING else 0}?name={name}"
             for peer, (kind, name) in self._endpoints.items()

@@ -1,4 +1,4 @@
-"""Definition files: `mavswitch dialect` reads them as pymavlink does, and `--dialect` routes by them."""
+"""Definition files: read as pymavlink reads them, and routed by when given with `--dialect`."""
 
 import importlib.util
 import subprocess

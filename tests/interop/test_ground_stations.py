@@ -1,4 +1,4 @@
-"""Real ground stations find the vehicle through the router: MAVProxy and MAVSDK, where installed."""
+"""Real ground stations find the vehicle through the router: MAVProxy and MAVSDK, if installed."""
 
 import importlib.util
 import json

@@ -1,4 +1,4 @@
-"""A signed session passes the router, which has no key: every signature still verifies at the end."""
+"""A signed session passes the router, which has no key: every signature verifies at the end."""
 
 import hashlib
 

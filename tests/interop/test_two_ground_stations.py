@@ -1,4 +1,4 @@
-"""Two ground stations at one port of the router share a vehicle, and each gets only its own answers."""
+"""Two ground stations at one port of the router share a vehicle; each gets its own answers only."""
 
 import pytest
 from peers import GroundStation, assert_heard_byte_for_byte, mavlink2
