@@ -130,6 +130,20 @@ fn the_log_says_who_came_and_who_went() {
 }
 
 #[test]
+fn when_nobody_reads_the_log_any_more_it_goes_on() {
+    let router = Router::start(&[TCP, UDP]);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let mut gcs = router.udp("udp", GCS);
+    router.log.hang_up();
+    for system in 10..15 {
+        // Each guest makes lines: one hangs up, the others meet the closed end.
+        let mut guest = router.tcp_unnoticed("tcp", Component::new(system, 1));
+        router.assert_serves(&mut gcs, &mut guest);
+    }
+    router.assert_serves(&mut gcs, &mut vehicle);
+}
+
+#[test]
 fn with_log_format_text_it_is_the_same() {
     let router = Router::start(&["--log-format", "text", TCP]);
     let _vehicle = router.tcp("tcp", VEHICLE);
