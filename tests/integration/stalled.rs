@@ -6,7 +6,8 @@ use std::time::Instant;
 
 use crate::harness::*;
 
-const TCP: &str = "tcpin:127.0.0.1:0?name=tcp";
+/// On a busy machine, a test may take longer than a reader is usually allowed to stall.
+const TCP: &str = "tcpin:127.0.0.1:0?name=tcp&stall_timeout=10m";
 const UDP: &str = "udpin:127.0.0.1:0?name=udp";
 
 /// Frames of 267 bytes in one step, and how many steps make 24 MB.
