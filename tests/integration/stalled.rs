@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use crate::harness::*;
 
@@ -56,6 +56,22 @@ fn a_stalled_reader_does_not_stall_what_it_says_itself() {
     }
     stalled.send(command_long(GCS_2, VEHICLE));
     vehicle.expect(command_long(GCS_2, VEHICLE));
+}
+
+#[test]
+fn a_reader_that_pauses_for_less_than_its_stall_timeout_keeps_its_connection() {
+    let router = Router::start(&[TCP, UDP]);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let mut healthy = router.tcp("tcp", GCS);
+    let mut stalled = Peer::new(TcpWire::narrow_to(router.address("tcp")), GCS_2);
+    router.wait_for_link("tcp", &stalled.wire);
+    for step in 0..50 {
+        let frames: Vec<_> = (0..STEP).map(|n| bulk(VEHICLE, step * STEP + n)).collect();
+        vehicle.send(frames.concat());
+        healthy.expect_each(&frames);
+    }
+    thread::sleep(Duration::from_secs(13));
+    assert_rises_with_gaps(&stalled.meet(&mut vehicle));
 }
 
 #[test]
