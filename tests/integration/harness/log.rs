@@ -15,6 +15,8 @@ struct State {
     ended: bool,
     /// Whether nobody is to read it any more.
     unheard: bool,
+    /// Whether nobody is to read it for now.
+    paused: bool,
 }
 
 /// A log that grows while the program runs.
@@ -31,7 +33,8 @@ impl Log {
                 let Ok(line) = line else { break };
                 let line = String::from_utf8_lossy(&line).into_owned();
                 writer.change(|state| state.lines.push(line));
-                if writer.state().unheard {
+                let resumed = writer.0.1.wait_while(writer.state(), |state| state.paused);
+                if resumed.expect("the log").unheard {
                     break;
                 }
             }
@@ -43,6 +46,11 @@ impl Log {
     /// Closes the reading end behind the next line, as a terminal that is gone.
     pub(crate) fn hang_up(&self) {
         self.change(|state| state.unheard = true);
+    }
+
+    /// Stops reading behind the next line, as a terminal that was told to wait.
+    pub(crate) fn pause(&self) {
+        self.change(|state| state.paused = true);
     }
 
     /// Waits for a line that holds all of `words`, from the first line on.
