@@ -208,6 +208,7 @@ impl Daemon {
         let dirty = self.router.take_dirty();
         self.io.flush_all(&mut self.router, dirty, self.now);
         self.close_broken();
+        self.handle_unsent();
         self.report_events();
         self.set_timers();
         Ok(stop)
@@ -335,7 +336,7 @@ impl Daemon {
 
     /// Whether anything still waits to be sent where it can be.
     fn has_backlog(&self) -> bool {
-        let mut links = self.router.links().iter();
-        links.any(|link| self.router.port(link).is_some_and(|port| port.backlog() > 0))
+        let links = self.router.links();
+        links.iter().any(|link| self.router.port(link).is_some_and(|port| port.backlog() > 0))
     }
 }

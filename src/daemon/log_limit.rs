@@ -1,5 +1,6 @@
 //! Keeps what a peer can trigger from filling the log.
 
+use std::fmt;
 use std::time::Duration;
 
 use crate::routing::Time;
@@ -37,6 +38,18 @@ impl LogLimit {
         }
         self.tokens -= 1;
         Some(std::mem::take(&mut self.suppressed))
+    }
+}
+
+/// How many lines were left out before this one, if any.
+pub(super) struct LeftOut(pub(super) u64);
+
+impl fmt::Display for LeftOut {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            0 => Ok(()),
+            count => write!(f, " (and {count} lines left out before this one)"),
+        }
     }
 }
 

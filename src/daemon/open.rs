@@ -48,8 +48,8 @@ impl Daemon {
         let rtscts = endpoint.options().flow == FlowControl::RtsCts;
         let action = || format!("open {}", path.display());
         let file = doing(action, open_serial(&path, SerialSettings { baud, rtscts }))?;
-        info!("{}: open at {baud} baud", endpoint.name);
         let peer = path.display().to_string();
+        self.tell(index, &format!("open at {baud} baud"));
         let link = doing(action, self.add_stream(index, peer, Stream::Serial(file)))?;
         self.set_open(index, State::Up(link));
         if is_one_of_several {
@@ -65,8 +65,8 @@ impl Daemon {
         let heard = self.router.port(id).is_some_and(|port| port.quality().last_heard.is_some());
         if heard {
             endpoint.baud_is_proven = true;
-            info!("{}: frames at {} baud", endpoint.name, bauds[endpoint.baud]);
-            return;
+            let text = format!("frames at {} baud", bauds[endpoint.baud]);
+            return self.tell(index, &text);
         }
         endpoint.baud = (endpoint.baud + 1) % bauds.len();
         let baud = bauds[endpoint.baud];
@@ -235,7 +235,7 @@ fn open_group(endpoint: &Endpoint, group: SocketAddr) -> io::Result<mio::net::Ud
 }
 
 /// Where our own datagrams to everybody come from, to know them when they come back.
-fn own_address(everybody: SocketAddr, local: SocketAddr) -> io::Result<SocketAddr> {
+pub(super) fn own_address(everybody: SocketAddr, local: SocketAddr) -> io::Result<SocketAddr> {
     if !local.ip().is_unspecified() {
         return Ok(local);
     }
@@ -248,18 +248,22 @@ fn own_address(everybody: SocketAddr, local: SocketAddr) -> io::Result<SocketAdd
 
 /// The local address to send to `remote` from: what the user says, or any of the same family.
 fn bind_address(bind: Option<&HostPort>, remote: SocketAddr) -> io::Result<SocketAddr> {
+    let any = any_address(remote);
+    let Some(bind) = bind else { return Ok(any) };
+    match socket_address(bind)? {
+        Some(address) if !address.ip().is_unspecified() => Ok(address),
+        Some(address) => Ok(SocketAddr::new(any.ip(), address.port())),
+        None => Err(io::Error::other("bind takes an IP address, not a name")),
+    }
+}
+
+/// Any address of this computer, and any port, of the family of `remote`.
+pub(super) fn any_address(remote: SocketAddr) -> SocketAddr {
     let any: IpAddr = match remote {
         SocketAddr::V4(_) => Ipv4Addr::UNSPECIFIED.into(),
         SocketAddr::V6(_) => Ipv6Addr::UNSPECIFIED.into(),
     };
-    let Some(bind) = bind else {
-        return Ok(SocketAddr::new(any, 0));
-    };
-    match socket_address(bind)? {
-        Some(address) if !address.ip().is_unspecified() => Ok(address),
-        Some(address) => Ok(SocketAddr::new(any, address.port())),
-        None => Err(io::Error::other("bind takes an IP address, not a name")),
-    }
+    SocketAddr::new(any, 0)
 }
 
 /// The address, unless the host is a name.

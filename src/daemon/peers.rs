@@ -4,11 +4,6 @@ use std::io;
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use mio::Interest;
-use mio::event::Source;
-use mio::net::TcpStream;
-use tracing::{info, warn};
-
 use super::endpoint::{Peers, Role, State};
 use super::event_loop::{Daemon, Meaning, Ready};
 use super::links::{Link, Output, StreamOutput};
@@ -16,6 +11,9 @@ use super::timers::Timer;
 use crate::link::{Stream, tune};
 use crate::mavlink::Splitter;
 use crate::routing::LinkId;
+use mio::Interest;
+use mio::event::Source;
+use mio::net::TcpStream;
 
 /// What became of a stranger.
 #[derive(Clone, Copy, Debug)]
@@ -47,18 +45,11 @@ impl Daemon {
     ) -> Option<LinkId> {
         let options = self.io.endpoints[endpoint].link_options();
         let id = self.router.add_link(options, self.now)?;
-        self.say_up(endpoint, id, &peer);
+        self.tell(endpoint, &format!("link {id} up: {peer}"));
         let splitter = Splitter::new();
         let link = Link { endpoint, peer, splitter, last_read: self.now, output };
         self.io.links.insert(id, link);
         Some(id)
-    }
-
-    fn say_up(&mut self, endpoint: usize, id: LinkId, peer: &str) {
-        let endpoint = &mut self.io.endpoints[endpoint];
-        if let Some(left_out) = endpoint.log.permit(self.now) {
-            info!("{}: link {id} up: {peer}{}", endpoint.name, LeftOut(left_out));
-        }
     }
 
     /// Makes a link of a stream that is open.
@@ -138,16 +129,10 @@ impl Daemon {
         peers.links.values().filter_map(silence).max()
     }
 
-    fn say_refused(&mut self, index: usize, peer: impl std::fmt::Display) {
-        let endpoint = &mut self.io.endpoints[index];
-        if let Some(left_out) = endpoint.log.permit(self.now) {
-            let max = endpoint.options().max_peers;
-            warn!(
-                "{}: {peer} refused: there are {max} peers already (raise max_peers){}",
-                endpoint.name,
-                LeftOut(left_out)
-            );
-        }
+    fn say_refused(&mut self, index: usize, peer: SocketAddr) {
+        let max = self.io.endpoints[index].options().max_peers;
+        let reason = format!("there are {max} peers already (raise max_peers)");
+        self.warn(index, &format!("{peer} refused: {reason}"));
     }
 
     /// Closes the peers of a UDP server that were silent for too long.
@@ -210,13 +195,13 @@ impl Daemon {
                     *count += 1;
                 }
             }
-            Err(error) => self.say(index, &format!("{peer} refused: {error}")),
+            Err(error) => self.warn(index, &format!("{peer} refused: {error}")),
         }
     }
 
     /// No descriptors, no memory: connections wait until there are some again.
     fn accept_later(&mut self, index: usize, error: &io::Error) {
-        self.say(index, &format!("cannot accept a connection: {error}; trying again"));
+        self.warn(index, &format!("cannot accept a connection: {error}; trying again"));
         self.set_deadline(index, ACCEPT_AGAIN);
     }
 
@@ -246,10 +231,7 @@ impl Daemon {
             // Closing it would do; this keeps the system from telling of it once more.
             let _ = output.stream.deregister(self.poll.registry());
         }
-        let endpoint = &mut self.io.endpoints[link.endpoint];
-        if let Some(left_out) = endpoint.log.permit(self.now) {
-            info!("{}: link {id} down: {reason}{}", endpoint.name, LeftOut(left_out));
-        }
+        self.tell(link.endpoint, &format!("link {id} down: {reason}"));
         self.handle_closed(link.endpoint, id, heard);
     }
 }
@@ -258,16 +240,4 @@ impl Daemon {
 fn is_of_connection(error: &io::Error) -> bool {
     use io::ErrorKind::{ConnectionAborted, ConnectionReset, Interrupted};
     matches!(error.kind(), ConnectionAborted | ConnectionReset | Interrupted)
-}
-
-/// How many lines were left out before this one, if any.
-pub(super) struct LeftOut(pub(super) u64);
-
-impl std::fmt::Display for LeftOut {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.0 {
-            0 => Ok(()),
-            count => write!(f, " (and {count} lines left out before this one)"),
-        }
-    }
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use super::endpoint::{Role, State};
 use super::event_loop::{Daemon, Ready};
-use super::links::Output;
+use super::links::{Output, StreamOutput};
 use super::peers::Admission;
 use super::timers::Timer;
 use crate::link::{BATCH, Stream};
@@ -44,7 +44,7 @@ impl Daemon {
             };
             let buffer = self.inbox.stream_buffer();
             match output.stream.read(buffer) {
-                Ok(0) => return self.close_later(id, "closed by the other side"),
+                Ok(0) => return self.handle_end(id),
                 Ok(received) => {
                     // TCP says by a short read that there is no more, unless its end is near. A
                     // serial driver hands out what it has, and may have more.
@@ -61,6 +61,17 @@ impl Daemon {
             }
         }
         self.ready.push(Ready::Link(id));
+    }
+
+    /// The stream has come to its end: what stands behind an unfinished frame is routed yet.
+    fn handle_end(&mut self, id: LinkId) {
+        self.route(id, 0, 0, Input::Paused);
+        let Some(link) = self.io.links.get(id) else { return };
+        let reason = match &link.output {
+            Output::Stream(StreamOutput { stream: Stream::Serial(_), .. }) => "the device is gone",
+            _ => "closed by the other side",
+        };
+        self.close_later(id, reason);
     }
 
     /// Reads a UDP socket and routes what it says.

@@ -4,7 +4,7 @@ use tracing::{info, warn};
 
 use super::event_loop::Daemon;
 use super::links::Link;
-use super::peers::LeftOut;
+use super::log_limit::LeftOut;
 use crate::routing::{DropReason, LinkId, RouterEvent};
 
 impl Daemon {
@@ -65,8 +65,16 @@ impl Daemon {
         );
     }
 
-    /// Tells something about an endpoint that a peer may have brought about.
-    pub(super) fn say(&mut self, index: usize, text: &str) {
+    /// Tells how an endpoint is getting on; a peer may have brought it about.
+    pub(super) fn tell(&mut self, index: usize, text: &str) {
+        let endpoint = &mut self.io.endpoints[index];
+        if let Some(left_out) = endpoint.log.permit(self.now) {
+            info!("{}: {text}{}", endpoint.name, LeftOut(left_out));
+        }
+    }
+
+    /// Warns of something about an endpoint; a peer may have brought it about.
+    pub(super) fn warn(&mut self, index: usize, text: &str) {
         let endpoint = &mut self.io.endpoints[index];
         if let Some(left_out) = endpoint.log.permit(self.now) {
             warn!("{}: {text}{}", endpoint.name, LeftOut(left_out));

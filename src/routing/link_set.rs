@@ -68,7 +68,7 @@ impl LinkSet {
     /// Whether no link is in.
     #[inline]
     pub fn is_empty(&self) -> bool {
-        self.0 == [0; WORDS]
+        self.0.iter().fold(0, |all, word| all | word) == 0
     }
 
     /// How many links are in.
@@ -84,18 +84,8 @@ impl LinkSet {
 
     /// The links, lowest number first.
     #[inline]
-    pub fn iter(&self) -> impl Iterator<Item = LinkId> + use<> {
-        let mut words = self.0;
-        let mut at = 0;
-        std::iter::from_fn(move || {
-            while at < WORDS && words[at] == 0 {
-                at += 1;
-            }
-            let word = words.get_mut(at)?;
-            let bit = word.trailing_zeros() as usize;
-            *word &= *word - 1;
-            Some(LinkId((at * 64 + bit) as u16))
-        })
+    pub fn iter(&self) -> Links<'_> {
+        Links { set: self, next_word: 0, word: 0 }
     }
 
     fn zip(self, other: Self, combine: impl Fn(u64, u64) -> u64) -> Self {
@@ -104,6 +94,30 @@ impl LinkSet {
             *word = combine(*word, other);
         }
         Self(words)
+    }
+}
+
+/// Walks over a set.
+#[derive(Clone, Debug)]
+pub struct Links<'a> {
+    set: &'a LinkSet,
+    next_word: usize,
+    /// What is left of the word before the next one.
+    word: u64,
+}
+
+impl Iterator for Links<'_> {
+    type Item = LinkId;
+
+    #[inline]
+    fn next(&mut self) -> Option<LinkId> {
+        while self.word == 0 {
+            self.word = *self.set.0.get(self.next_word)?;
+            self.next_word += 1;
+        }
+        let bit = self.word.trailing_zeros() as usize;
+        self.word &= self.word - 1;
+        Some(LinkId(((self.next_word - 1) * 64 + bit) as u16))
     }
 }
 

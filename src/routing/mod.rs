@@ -6,6 +6,7 @@
 
 mod counters;
 mod dedup;
+mod filter;
 mod group;
 mod learning;
 mod link_set;
@@ -20,8 +21,9 @@ mod sequence;
 mod time;
 
 pub use counters::{DropReason, LinkCounters};
+pub use filter::FilterLists;
 pub use group::{GroupId, Membership, Quality};
-pub use link_set::{LinkId, LinkSet, MAX_LINKS};
+pub use link_set::{LinkId, LinkSet, Links, MAX_LINKS};
 pub use options::{Capacity, LOOP_WINDOW, Learn, LinkOptions, RouterEvent, RouterOptions};
 pub use port::Port;
 pub use queue::{Frames, Full, Packed, Precedence, Queue, QueueLimits, fuzz_queue};

@@ -15,6 +15,7 @@ mod datagrams;
 mod forwarding;
 mod harness;
 mod learning;
+mod options;
 mod program;
 mod resync;
 mod ring;
