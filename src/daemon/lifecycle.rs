@@ -112,7 +112,7 @@ impl Daemon {
         let State::Connecting(stream, address) = &endpoint.state else {
             return;
         };
-        let address = *address;
+        let (address, patience) = (*address, endpoint.config.options.stall_timeout);
         let outcome = match stream.take_error() {
             Ok(Some(error)) | Err(error) => Err(error),
             // Not yet: an event for another reason.
@@ -126,7 +126,7 @@ impl Daemon {
         };
         let outcome = outcome
             .and_then(|()| self.poll.registry().deregister(&mut stream))
-            .and_then(|()| tune(&stream))
+            .and_then(|()| tune(&stream, patience))
             .and_then(|()| self.add_stream(index, address.to_string(), Stream::Tcp(stream)));
         match outcome {
             Ok(link) => self.set_open(index, State::Up(link)),

@@ -2,9 +2,9 @@
 //!
 //! `tests/protocol/loops.rs` has the same with the clock in its hand; these are real programs.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use crate::flight::{Rates, fly};
+use crate::flight::{Progress, Rates, fly};
 use crate::harness::*;
 use crate::net::say;
 use crate::relay::Relay;
@@ -30,7 +30,8 @@ struct Mesh {
 }
 
 impl Mesh {
-    /// So many routers, joined in pairs; a later one calls an earlier one.
+    /// So many routers, joined in pairs; of each pair the second calls the first. The cables are in
+    /// the order of those who call.
     fn new(routers: usize, joined: &[(usize, usize)]) -> Self {
         let mut mesh = Self { routers: Vec::new(), cables: Vec::new() };
         for router in 0..routers {
@@ -52,52 +53,97 @@ impl Mesh {
         mesh
     }
 
+    /// How often a frame has gone over a cable so far.
     fn carried(&self) -> usize {
         self.cables.iter().map(Relay::carried).sum()
     }
 
-    /// Traffic both ways, before and after the first cable is cut.
-    fn check(mut self, name: &str) {
-        let mut vehicle = self.routers[0].tcp("here", VEHICLE);
-        let last = self.routers.last().expect("a router");
-        let mut station = last.tcp("here", GCS);
-        vehicle.meet(&mut station);
-        station.meet(&mut vehicle);
+    fn vehicle(&self) -> Peer<TcpWire> {
+        self.routers[0].tcp("here", VEHICLE)
+    }
+
+    fn station(&self) -> Peer<TcpWire> {
+        self.routers.last().expect("a router").tcp("here", GCS)
+    }
+
+    /// Traffic both ways, and no storm; says what became of it.
+    fn fly(
+        &self,
+        vehicle: &mut Peer<TcpWire>,
+        station: &mut Peer<TcpWire>,
+        story: impl FnOnce(&Progress),
+    ) -> [Report; 3] {
         let before = self.carried();
-        let whole = fly(&mut vehicle, &mut station, RATES, |progress| progress.wait_for(PART));
+        let reports = fly(vehicle, station, RATES, story);
         let carried = self.carried() - before;
-        let input: usize = whole.iter().map(Report::sent).sum();
+        let input: usize = reports.iter().map(Report::sent).sum();
         let cables = self.cables.len();
-        say(&format!("{name}: {input} frames went {carried} times over {cables} cables"));
+        say(&format!("{input} frames went {carried} times over {cables} cables"));
+        for report in &reports {
+            say(&report.to_string());
+        }
         assert!(carried <= ROUNDS * cables * input, "a storm: {carried} for {input}");
-        let mut cut = Instant::now();
-        let healed = fly(&mut vehicle, &mut station, RATES, |progress| {
-            progress.wait_for(20);
-            cut = Instant::now();
-            self.cables[0].set_cut(true);
-            progress.wait_for(PART);
-        });
-        for report in &whole {
-            say(&format!("{name}, whole: {report}"));
-            assert_eq!(report.lost(), [], "lost in {name}");
-        }
-        for report in &healed {
-            say(&format!("{name}, cut: {report}"));
-            assert!(report.longest_gap() < HEALED, "{:?} without", report.longest_gap());
-        }
         for router in &self.routers {
             assert!(router.log.len() < 200, "{} lines", router.log.len());
         }
-        self.cables.clear();
+        reports
+    }
+
+    /// Traffic both ways, before and after the first cable is cut.
+    fn check(&self) {
+        let (mut vehicle, mut station) = (self.vehicle(), self.station());
+        vehicle.meet(&mut station);
+        station.meet(&mut vehicle);
+        let whole = self.fly(&mut vehicle, &mut station, |progress| progress.wait_for(PART));
+        for report in &whole {
+            assert_eq!(report.lost(), [], "lost");
+        }
+        let healed = self.fly(&mut vehicle, &mut station, |progress| {
+            progress.wait_for(20);
+            self.cables[0].set_cut(true);
+            progress.wait_for(PART);
+        });
+        for report in &healed {
+            assert!(report.longest_gap() < HEALED, "{:?} without", report.longest_gap());
+        }
+    }
+
+    /// The same when the first cable loses the first frames from the vehicle.
+    fn check_after_loss(&self) {
+        let mut station = self.station();
+        // Both cables are known from now on.
+        station.send_mark();
+        self.routers[0].wait_until_seen(GCS);
+        self.cables[0].set_one_way(true);
+        let mut vehicle = self.vehicle();
+        vehicle.meet(&mut station);
+        self.cables[0].set_one_way(false);
+        self.fly(&mut vehicle, &mut station, |progress| progress.wait_for(20));
     }
 }
 
+/// Two routers, joined by two cables.
+const TWICE: &[(usize, usize)] = &[(0, 1), (0, 1)];
+
+/// Three routers; the first cable is the short way.
+const RING: &[(usize, usize)] = &[(0, 2), (0, 1), (1, 2)];
+
 #[test]
 fn two_routers_joined_by_two_links_make_no_storm_and_heal() {
-    Mesh::new(2, &[(0, 1), (0, 1)]).check("two cables");
+    Mesh::new(2, TWICE).check();
 }
 
 #[test]
 fn three_routers_in_a_ring_make_no_storm_and_heal() {
-    Mesh::new(3, &[(0, 2), (0, 1), (1, 2)]).check("ring of three");
+    Mesh::new(3, RING).check();
+}
+
+#[test]
+fn a_loss_between_two_routers_starts_no_storm() {
+    Mesh::new(2, TWICE).check_after_loss();
+}
+
+#[test]
+fn a_loss_in_a_ring_starts_no_storm() {
+    Mesh::new(3, RING).check_after_loss();
 }

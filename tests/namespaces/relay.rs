@@ -24,6 +24,7 @@ struct Shared {
     loss_percent: AtomicU32,
     delay_ms: AtomicU32,
     is_cut: AtomicBool,
+    is_one_way: AtomicBool,
     is_holding: AtomicBool,
     is_over: AtomicBool,
     carried: AtomicUsize,
@@ -64,6 +65,11 @@ impl Relay {
     /// From now on nothing goes through, or everything again.
     pub(crate) fn set_cut(&self, is_cut: bool) {
         self.shared.is_cut.store(is_cut, Relaxed);
+    }
+
+    /// From now on nothing goes back to who calls the relay, or everything again.
+    pub(crate) fn set_one_way(&self, is_one_way: bool) {
+        self.shared.is_one_way.store(is_one_way, Relaxed);
     }
 
     /// From now on everything waits in the relay, or goes on, with all that has waited: what modems
@@ -135,11 +141,14 @@ impl Direction {
     }
 
     fn take(&mut self, datagram: &[u8], from: SocketAddr) {
-        if self.from.peer_addr().is_err() {
+        let is_inwards = self.from.peer_addr().is_err();
+        if is_inwards {
             *self.shared.caller.lock().expect("the caller") = Some(from);
         }
         let loss = u64::from(self.shared.loss_percent.load(Relaxed));
-        if self.shared.is_cut.load(Relaxed) || (self.noise.next() >> 16) % 100 < loss {
+        let is_lost = (self.noise.next() >> 16) % 100 < loss;
+        let is_barred = !is_inwards && self.shared.is_one_way.load(Relaxed);
+        if is_lost || is_barred || self.shared.is_cut.load(Relaxed) {
             return;
         }
         self.shared.carried.fetch_add(1, Relaxed);
