@@ -61,7 +61,8 @@ impl Mesh {
             Receiver::new().each(&bytes, Input::Paused, |frame| core.handle(link, frame, now));
             for link in self.routers[router].take_dirty().iter() {
                 let port = self.routers[router].port_mut(link).unwrap();
-                let bytes = port.head(usize::MAX).0.to_vec();
+                let (first, second) = port.head(usize::MAX);
+                let bytes = [first, second].concat();
                 port.consume(bytes.len());
                 came_out += usize::from((router, link) == exit);
                 self.carry((router, link), bytes);
