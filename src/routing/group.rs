@@ -60,8 +60,8 @@ struct Member {
     links: LinkSet,
 }
 
-/// A path that was silent for so long is not good: half again the time between heartbeats.
-const SILENT: Duration = Duration::from_millis(1_500);
+/// A path that was silent for so long is not good: one heartbeat may be lost, and another is late.
+pub(super) const SILENT: Duration = Duration::from_millis(2_500);
 
 /// How long another path must look better before it is taken, as long as the old one works.
 const HYSTERESIS: Duration = Duration::from_secs(3);
@@ -109,7 +109,8 @@ impl Group {
     /// Where to send, if these links of the group lead to the target: to the links themselves, and
     /// to those of the other members; or to the best member only.
     ///
-    /// While no member is good, all are sent to: one of them may yet work in this direction. What
+    /// While no member is good, all that were heard of late are sent to, or else simply all: one of
+    /// them may yet work in this direction. What
     /// `is_heartbeat` is sent to all as well, for each side measures by what it hears.
     pub(super) fn expand(
         &mut self,
@@ -122,16 +123,20 @@ impl Group {
             let own = member.links & links;
             if own.is_empty() { member.links } else { own }
         };
-        if self.best_only {
-            self.judge(now, quality);
-            let best = self.members.iter().find(|member| Some(member.number) == self.best);
-            if let Some(best) = best
-                && !is_heartbeat
-            {
-                return through(best);
-            }
+        let all = |members: &[Member]| {
+            members.iter().fold(LinkSet::EMPTY, |all, member| all | through(member))
+        };
+        if !self.best_only || is_heartbeat {
+            return all(&self.members);
         }
-        self.members.iter().fold(LinkSet::EMPTY, |all, member| all | through(member))
+        self.judge(now, &quality);
+        let best = self.members.iter().find(|member| Some(member.number) == self.best);
+        if let Some(best) = best {
+            return through(best);
+        }
+        let is_alive = |link: LinkId| quality(link).is_alive(now);
+        let alive: LinkSet = all(&self.members).iter().filter(|link| is_alive(*link)).collect();
+        if alive.is_empty() { all(&self.members) } else { alive }
     }
 
     /// The best member, if its path has changed since the last call; `None` in it: no path is good.
@@ -142,12 +147,12 @@ impl Group {
     }
 
     /// Finds the best member: at once if the old one fails, after a while if another is better.
-    fn judge(&mut self, now: Time, quality: impl Fn(LinkId) -> Quality) {
+    fn judge(&mut self, now: Time, quality: &impl Fn(LinkId) -> Quality) {
         if self.judged.is_some_and(|judged| now.since(judged) < JUDGED_EVERY) {
             return;
         }
         self.judged = Some(now);
-        let scores = self.members.iter().map(|member| (member.score(now, &quality), member.number));
+        let scores = self.members.iter().map(|member| (member.score(now, quality), member.number));
         let good = scores.filter(|(score, _)| score.is_good);
         let first = good.clone().max_by_key(|(score, _)| *score);
         let current = good.clone().find(|(_, number)| Some(*number) == self.best);
@@ -188,8 +193,14 @@ impl Member {
     }
 }
 
+impl Quality {
+    /// Whether something was heard of late.
+    fn is_alive(self, now: Time) -> bool {
+        self.last_heard.is_some_and(|heard| now.since(heard) < SILENT)
+    }
+}
+
 fn score(quality: Quality, rank: u8, now: Time) -> Score {
-    let is_alive = quality.last_heard.is_some_and(|heard| now.since(heard) < SILENT);
-    let is_good = is_alive && quality.loss <= LOSSY && quality.backlog <= CONGESTED;
+    let is_good = quality.is_alive(now) && quality.loss <= LOSSY && quality.backlog <= CONGESTED;
     Score { is_good, rank, delivered: (1_024 - quality.loss.min(1_024)) / 128 }
 }

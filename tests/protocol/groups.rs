@@ -112,7 +112,7 @@ fn a_silent_path_is_left_at_once_and_taken_again_after_a_while() {
     let (mut network, [radio, modem, station]) = two_paths(true);
     let mut seq = 0;
     fly(&mut network, 5, &[radio, modem], &mut seq);
-    fly(&mut network, 2, &[modem], &mut seq);
+    fly(&mut network, 3, &[modem], &mut seq);
     assert_eq!(network.hears(station, &command(STATION, VEHICLE)), [modem]);
     fly(&mut network, 1, &[radio, modem], &mut seq);
     assert_eq!(network.hears(station, &command(STATION, VEHICLE)), [modem], "not so fast");
@@ -132,7 +132,7 @@ fn while_no_path_is_good_all_are_sent_to() {
     assert_eq!(network.hears(station, &attitude(STATION, 1)), [radio, modem], "none was heard");
     fly(&mut network, 5, &[radio], &mut seq);
     assert_eq!(network.hears(station, &command(STATION, VEHICLE)), [radio]);
-    network.pass(2);
+    network.pass(3);
     assert_eq!(network.hears(station, &command(STATION, VEHICLE)), [radio, modem]);
     fly(&mut network, 1, &[modem], &mut seq);
     assert_eq!(network.hears(station, &command(STATION, VEHICLE)), [modem]);
