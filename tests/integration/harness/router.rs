@@ -30,6 +30,15 @@ impl Router {
         router
     }
 
+    /// The same with no more descriptors than that.
+    pub(crate) fn start_limited(descriptors: usize, arguments: &[&str]) -> Self {
+        let mut command = Command::new("sh");
+        command.args(["-c", &format!("ulimit -n {descriptors} && exec \"$0\" \"$@\""), PROGRAM]);
+        let router = Self::spawn(&mut command, arguments);
+        router.log.wait_for(&["ready"]);
+        router
+    }
+
     /// Starts the router and waits for nothing.
     pub(crate) fn launch(arguments: &[&str]) -> Self {
         Self::launch_as(None, arguments)
@@ -38,10 +47,14 @@ impl Router {
     /// The same as another user, if one is given.
     pub(crate) fn launch_as(user: Option<u32>, arguments: &[&str]) -> Self {
         let mut command = Command::new(PROGRAM);
-        command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         if let Some(user) = user {
             command.uid(user).gid(user);
         }
+        Self::spawn(&mut command, arguments)
+    }
+
+    fn spawn(command: &mut Command, arguments: &[&str]) -> Self {
+        command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         let mut child = command.spawn().expect("the program starts");
         let log = Log::follow(child.stderr.take().expect("its standard error"));
         Self { child, log, ended: false }
