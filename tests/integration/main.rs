@@ -15,6 +15,8 @@ mod datagrams;
 mod forwarding;
 mod harness;
 mod learning;
+mod overload;
+mod overloaded_line;
 mod program;
 mod resync;
 mod ring;
