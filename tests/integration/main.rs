@@ -12,6 +12,7 @@ mod architecture;
 mod connections;
 mod corruption;
 mod datagrams;
+mod faults;
 mod forwarding;
 mod harness;
 mod learning;
