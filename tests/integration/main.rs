@@ -9,6 +9,7 @@
 mod abuse;
 mod addresses;
 mod architecture;
+mod blackhole;
 mod connections;
 mod corruption;
 mod datagrams;
