@@ -16,6 +16,7 @@ mod datagrams;
 mod faults;
 mod forwarding;
 mod harness;
+mod idle;
 mod learning;
 mod overload;
 mod overloaded_line;
