@@ -72,6 +72,10 @@ pub struct RouteArgs {
     #[arg(long, value_name = "SECONDS", default_value = "300", value_parser = seconds)]
     pub route_age: Duration,
 
+    /// Send everything to the links on which this system id is heard, whoever it is for
+    #[arg(long, value_name = "SYSTEM", value_parser = clap::value_parser!(u8).range(1..))]
+    pub sniffer: Option<u8>,
+
     /// Know the messages of this XML definition file too; may be repeated
     #[arg(long, value_name = "FILE.xml")]
     pub dialect: Vec<PathBuf>,
@@ -123,6 +127,7 @@ impl RouteArgs {
             },
             strict: self.strict,
             route_age: (!self.route_age.is_zero()).then_some(self.route_age),
+            sniffer: self.sniffer,
         }
     }
 }

@@ -12,13 +12,14 @@ use mavswitch::daemon::{DaemonConfig, run};
 use mavswitch::link::list_ports;
 use mavswitch::mavlink::Dialect;
 use tracing::level_filters::LevelFilter;
+use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
 
 /// The exit status for a command line that cannot be used; clap has the same.
 const USAGE: u8 = 2;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    start_log(&cli.log);
+    let log = start_log(&cli.log);
     let outcome = match cli.command {
         Some(Command::Dialect { file }) => print_dialect(&file),
         Some(Command::Ports) => print_ports(),
@@ -28,6 +29,8 @@ fn main() -> ExitCode {
         }
         None => route(cli.route),
     };
+    // Writes what is left of the log before the last word.
+    drop(log);
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -69,7 +72,9 @@ fn print_ports() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn start_log(args: &LogArgs) {
+/// Starts the log. Lines are written until the guard is dropped; those that nobody takes in time
+/// are left out.
+fn start_log(args: &LogArgs) -> WorkerGuard {
     let level = match (args.verbose, args.quiet) {
         (0, 0) => LevelFilter::INFO,
         (1, _) => LevelFilter::DEBUG,
@@ -77,14 +82,24 @@ fn start_log(args: &LogArgs) {
         (0, _) => LevelFilter::ERROR,
         _ => LevelFilter::TRACE,
     };
+    let (writer, guard) = NonBlockingBuilder::default()
+        .lossy(true)
+        .buffered_lines_limit(LOG_LINES)
+        .finish(io::stderr());
     let builder = tracing_subscriber::fmt()
         .with_max_level(level)
         .with_target(false)
         .with_ansi(io::stderr().is_terminal())
-        .with_writer(io::stderr);
+        // Its only words would go where the log itself cannot go.
+        .log_internal_errors(false)
+        .with_writer(writer);
     match args.log_format {
         LogFormat::Text => builder.init(),
         LogFormat::Json => builder.json().init(),
         LogFormat::Plain => builder.without_time().init(),
     }
+    guard
 }
+
+/// How many lines wait while nobody reads the log.
+const LOG_LINES: usize = 1_024;

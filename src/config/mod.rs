@@ -31,4 +31,4 @@ pub use error::{AddressError, AddressProblem};
 pub use host_port::{Host, HostPort};
 pub use option_spec::OptionSpec;
 pub use option_table::OPTIONS;
-pub use options::{EndpointOptions, FlowControl, MessageRef, PathChoice};
+pub use options::{EndpointOptions, FilterOptions, FlowControl, MessageRef, PathChoice};

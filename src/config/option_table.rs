@@ -16,6 +16,40 @@ const UDP: &[AddressKind] = &[UdpIn, UdpOut, UdpBroadcast, Multicast];
 const NETWORK: &[AddressKind] = &[UdpIn, UdpOut, UdpBroadcast, Multicast, TcpIn, TcpOut];
 const SENDERS: &[AddressKind] = &[UdpOut, UdpBroadcast, Multicast, TcpOut];
 
+/// A row for a list of messages that are allowed or blocked in one direction.
+macro_rules! message_filter {
+    ($name:literal, $help:literal, $direction:ident, $list:ident) => {
+        OptionSpec {
+            name: $name,
+            value: "MESSAGE[,MESSAGE...]",
+            expects: "messages by name or number with commas between",
+            help: $help,
+            default: None,
+            applies_to: ANY,
+            needs: None,
+            set: |to, text| put(&mut to.options.$direction.$list, value::messages(text)),
+            show: |options| value::show_list(&options.$direction.$list),
+        }
+    };
+}
+
+/// A row for a list of system or component ids that are allowed or blocked in one direction.
+macro_rules! id_filter {
+    ($name:literal, $help:literal, $direction:ident, $list:ident) => {
+        OptionSpec {
+            name: $name,
+            value: "ID[,ID...]",
+            expects: "ids of 0 to 255 with commas between",
+            help: $help,
+            default: None,
+            applies_to: ANY,
+            needs: None,
+            set: |to, text| put(&mut to.options.$direction.$list, value::ids(text)),
+            show: |options| value::show_list(&options.$direction.$list),
+        }
+    };
+}
+
 /// All options, in the order in which they are printed and explained.
 pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
@@ -191,6 +225,54 @@ pub const OPTIONS: &[OptionSpec] = &[
         needs: None,
         set: |to, text| put(&mut to.options.ttl, value::number(text, 0..=255)),
         show: |options| Some(options.ttl.to_string()),
+    },
+    message_filter!("allow_messages_in", "take only these messages", filter_in, allow_messages),
+    message_filter!("block_messages_in", "do not take these messages", filter_in, block_messages),
+    id_filter!("allow_systems_in", "take only what these systems sent", filter_in, allow_systems),
+    id_filter!("block_systems_in", "do not take what these systems sent", filter_in, block_systems),
+    id_filter!(
+        "allow_components_in",
+        "take only what components with these ids sent",
+        filter_in,
+        allow_components
+    ),
+    id_filter!(
+        "block_components_in",
+        "do not take what components with these ids sent",
+        filter_in,
+        block_components
+    ),
+    message_filter!("allow_messages_out", "send only these messages", filter_out, allow_messages),
+    message_filter!("block_messages_out", "do not send these messages", filter_out, block_messages),
+    id_filter!("allow_systems_out", "send only what these systems sent", filter_out, allow_systems),
+    id_filter!(
+        "block_systems_out",
+        "do not send what these systems sent",
+        filter_out,
+        block_systems
+    ),
+    id_filter!(
+        "allow_components_out",
+        "send only what components with these ids sent",
+        filter_out,
+        allow_components
+    ),
+    id_filter!(
+        "block_components_out",
+        "do not send what components with these ids sent",
+        filter_out,
+        block_components
+    ),
+    OptionSpec {
+        name: "sniffer",
+        value: "true|false",
+        expects: "true or false",
+        help: "send everything here, whoever it is for",
+        default: Some("false"),
+        applies_to: ANY,
+        needs: None,
+        set: |to, text| put(&mut to.options.sniffer, value::flag(text)),
+        show: |options| Some(options.sniffer.to_string()),
     },
     OptionSpec {
         name: "forward_setup_signing",

@@ -43,6 +43,12 @@ pub struct EndpointOptions {
     pub mtu: u16,
     /// How many routers a multicast datagram may pass, plus one; 0 stays on this computer.
     pub ttl: u8,
+    /// What is taken from this endpoint.
+    pub filter_in: FilterOptions,
+    /// What is sent to this endpoint.
+    pub filter_out: FilterOptions,
+    /// Whether everything is sent here, whoever it is for.
+    pub sniffer: bool,
     /// Whether SETUP_SIGNING, which carries a secret key, may pass between this endpoint and others
     /// that allow it.
     pub forward_setup_signing: bool,
@@ -74,6 +80,9 @@ impl Default for EndpointOptions {
             pack: false,
             mtu: 1400,
             ttl: 1,
+            filter_in: FilterOptions::default(),
+            filter_out: FilterOptions::default(),
+            sniffer: false,
             forward_setup_signing: false,
             group: None,
             path: PathChoice::All,
@@ -81,6 +90,24 @@ impl Default for EndpointOptions {
             dedup: None,
         }
     }
+}
+
+/// Which frames pass in one direction. A frame passes if every list allows it and none blocks it;
+/// an empty list of what is allowed allows everything.
+#[derive(Clone, Default, PartialEq, Eq, Hash, Debug)]
+pub struct FilterOptions {
+    /// Only these messages.
+    pub allow_messages: Vec<MessageRef>,
+    /// Not these messages.
+    pub block_messages: Vec<MessageRef>,
+    /// Only what these systems send.
+    pub allow_systems: Vec<u8>,
+    /// Not what these systems send.
+    pub block_systems: Vec<u8>,
+    /// Only what components with these ids send.
+    pub allow_components: Vec<u8>,
+    /// Not what components with these ids send.
+    pub block_components: Vec<u8>,
 }
 
 /// Who says when a serial port may send.

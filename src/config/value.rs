@@ -134,6 +134,22 @@ pub(super) fn show_rates(rates: &[(MessageRef, f32)]) -> Option<String> {
     (!rates.is_empty()).then(|| rates.join(","))
 }
 
+/// Messages by name or number: `RAW_IMU,27`.
+pub(super) fn messages(text: &str) -> Option<Vec<MessageRef>> {
+    text.split(',').map(message_ref).collect()
+}
+
+/// System or component ids: `1,255`.
+pub(super) fn ids(text: &str) -> Option<Vec<u8>> {
+    text.split(',').map(|id| number(id, 0..=255)).collect()
+}
+
+/// What [`messages`] and [`ids`] read, unless there are none.
+pub(super) fn show_list<T: ToString>(list: &[T]) -> Option<String> {
+    let words: Vec<String> = list.iter().map(ToString::to_string).collect();
+    (!words.is_empty()).then(|| words.join(","))
+}
+
 /// A message by number, or by name in any case.
 fn message_ref(text: &str) -> Option<MessageRef> {
     if is_digits(text) {

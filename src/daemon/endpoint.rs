@@ -8,7 +8,7 @@ use mio::net::{TcpListener, TcpStream, UdpSocket};
 
 use crate::config::{EndpointConfig, EndpointOptions};
 use crate::link::Backoff;
-use crate::routing::{LinkId, Membership, RateCap, Time};
+use crate::routing::{FilterLists, LinkId, Membership, RateCap, Time};
 
 use super::log_limit::LogLimit;
 
@@ -23,17 +23,34 @@ pub(super) struct Endpoint {
     /// When [`super::timers::Timer::Endpoint`] has something to do.
     pub(super) deadline: Option<Time>,
     /// What its options mean for the router.
+    pub(super) filter_in: FilterLists,
+    pub(super) filter_out: FilterLists,
     pub(super) caps: Vec<RateCap>,
     pub(super) membership: Option<Membership>,
     /// Which of several baud rates is in use, and whether frames were heard at it.
     pub(super) baud: usize,
     pub(super) baud_is_proven: bool,
+    /// Where it was opened, and what its sockets depend on.
+    pub(super) address: Option<SocketAddr>,
+    pub(super) bound: Bound,
     /// What its host means, and which of these addresses comes next.
     pub(super) addresses: Vec<SocketAddr>,
     pub(super) next_address: usize,
     pub(super) log: LogLimit,
     /// The failure that was last told, so that it is told once and not at every try.
     pub(super) told: Option<String>,
+}
+
+/// What the sockets of an endpoint are bound to besides their addresses.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+pub(super) enum Bound {
+    /// Nothing that can go away.
+    #[default]
+    Nothing,
+    /// The network interface with this number; one that comes back has another.
+    Interface(u32),
+    /// The interface that multicast takes, known by the address that we have there.
+    Source(SocketAddr),
 }
 
 /// How far an endpoint is.
@@ -162,10 +179,14 @@ impl Endpoint {
             state: State::Waiting,
             backoff: Backoff::new(),
             deadline: None,
+            filter_in: FilterLists::default(),
+            filter_out: FilterLists::default(),
             caps: Vec::new(),
             membership: None,
             baud: 0,
             baud_is_proven: false,
+            address: None,
+            bound: Bound::Nothing,
             addresses: Vec::new(),
             next_address: 0,
             log: LogLimit::new(now),

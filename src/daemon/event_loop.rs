@@ -208,6 +208,7 @@ impl Daemon {
         let dirty = self.router.take_dirty();
         self.io.flush_all(&mut self.router, dirty, self.now);
         self.close_broken();
+        self.handle_unsent();
         self.report_events();
         self.set_timers();
         Ok(stop)

@@ -5,23 +5,17 @@ use std::io;
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use tracing::info;
-
 use super::endpoint::{Role, State};
 use super::error::{StartError, may_pass};
 use super::event_loop::Daemon;
-use super::links::Output;
 use super::open::{OpenError, socket_address};
 use super::timers::Timer;
-use crate::config::{Host, HostPort};
-use crate::link::{Resolved, Stream, tune};
+use crate::config::Host;
+use crate::link::{Stream, tune};
 use crate::routing::LinkId;
 
 /// How long a TCP connection may take to be made.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
-
-/// How often a name is asked for again while its address is in use.
-const ASK_AGAIN: Duration = Duration::from_secs(30);
 
 impl Daemon {
     /// Opens all endpoints. What may yet come, as a device that is not plugged in, is waited for.
@@ -44,7 +38,7 @@ impl Daemon {
     }
 
     /// Opens an endpoint, or asks for the address of its host first.
-    fn open(&mut self, index: usize) -> Result<(), OpenError> {
+    pub(super) fn open(&mut self, index: usize) -> Result<(), OpenError> {
         let endpoint = &mut self.io.endpoints[index];
         let Some(host_port) = endpoint.config.address.host_port() else {
             return self.open_serial(index);
@@ -65,10 +59,7 @@ impl Daemon {
         let endpoint = &self.io.endpoints[index];
         match endpoint.state {
             State::Connecting(..) => self.set_deadline(index, CONNECT_TIMEOUT),
-            State::Datagrams(_) if !endpoint.addresses.is_empty() => {
-                self.set_deadline(index, ASK_AGAIN);
-            }
-            _ => {}
+            _ => self.begin_upkeep(index, address),
         }
         Ok(())
     }
@@ -89,65 +80,6 @@ impl Daemon {
         Ok(())
     }
 
-    /// Asks whether the host of a sender still has the address that is sent to.
-    fn ask_again(&mut self, index: usize) {
-        let endpoint = &self.io.endpoints[index];
-        if let Some(HostPort { host: Host::Name(name), port }) = endpoint.config.address.host_port()
-        {
-            // If there is no thread for it now, the next time will do.
-            let _ = self.resolver.ask(index, name.clone(), *port);
-            self.set_deadline(index, ASK_AGAIN);
-        }
-    }
-
-    /// Takes what the resolver found out.
-    pub(super) fn handle_answers(&mut self) {
-        while let Some(Resolved { asker, addresses }) = self.resolver.poll() {
-            let outcome = match (addresses, &self.io.endpoints[asker].state) {
-                (Ok(addresses), State::Datagrams(_)) => {
-                    self.redirect(asker, &addresses);
-                    Ok(())
-                }
-                // What it was is still good.
-                (Err(_), State::Datagrams(_)) => Ok(()),
-                (Ok(addresses), _) if !addresses.is_empty() => {
-                    self.io.endpoints[asker].addresses = addresses;
-                    self.io.endpoints[asker].next_address = 0;
-                    self.open(asker)
-                }
-                (Ok(_), _) => Err(self.unresolved(asker, io::Error::other("it has no address"))),
-                (Err(error), _) => Err(self.unresolved(asker, error)),
-            };
-            if let Err(failure) = outcome {
-                self.try_later(asker, failure);
-            }
-        }
-    }
-
-    fn unresolved(&self, index: usize, error: io::Error) -> OpenError {
-        let host =
-            self.io.endpoints[index].config.address.host_port().map(|at| at.host.to_string());
-        OpenError { action: format!("resolve {}", host.unwrap_or_default()), error }
-    }
-
-    /// A sender's host has these addresses now.
-    fn redirect(&mut self, index: usize, addresses: &[SocketAddr]) {
-        let endpoint = &mut self.io.endpoints[index];
-        let State::Datagrams(port) = &mut endpoint.state else { return };
-        let Role::Sender { link, remote } = &mut port.role else { return };
-        let same_family = |address: &&SocketAddr| address.is_ipv4() == remote.is_ipv4();
-        let Some(new) = addresses.iter().find(same_family) else { return };
-        if addresses.contains(remote) {
-            return;
-        }
-        info!("{}: now sending to {new}", endpoint.name);
-        *remote = *new;
-        if let Some(link) = self.io.links.get_mut(*link) {
-            link.peer = new.to_string();
-            link.output = Output::Datagrams(*new);
-        }
-    }
-
     /// Does what was put off.
     pub(super) fn handle_deadline(&mut self, index: usize) {
         let endpoint = &mut self.io.endpoints[index];
@@ -165,12 +97,11 @@ impl Daemon {
                 let action = format!("connect to {address}");
                 self.try_later(index, OpenError { action, error: io::ErrorKind::TimedOut.into() });
             }
-            State::Listening(..) => self.accept(index),
             State::Up(link) => {
                 let link = *link;
                 self.check_baud(index, link);
             }
-            State::Datagrams(_) => self.ask_again(index),
+            State::Listening(..) | State::Datagrams(_) => self.look_after(index),
             State::Resolving => {}
         }
     }
@@ -181,7 +112,7 @@ impl Daemon {
         let State::Connecting(stream, address) = &endpoint.state else {
             return;
         };
-        let address = *address;
+        let (address, patience) = (*address, endpoint.config.options.stall_timeout);
         let outcome = match stream.take_error() {
             Ok(Some(error)) | Err(error) => Err(error),
             // Not yet: an event for another reason.
@@ -195,7 +126,7 @@ impl Daemon {
         };
         let outcome = outcome
             .and_then(|()| self.poll.registry().deregister(&mut stream))
-            .and_then(|()| tune(&stream))
+            .and_then(|()| tune(&stream, patience))
             .and_then(|()| self.add_stream(index, address.to_string(), Stream::Tcp(stream)));
         match outcome {
             Ok(link) => self.set_open(index, State::Up(link)),
@@ -215,7 +146,7 @@ impl Daemon {
     }
 
     /// Tells of a failure, once, and tries again later.
-    fn try_later(&mut self, index: usize, OpenError { action, error }: OpenError) {
+    pub(super) fn try_later(&mut self, index: usize, OpenError { action, error }: OpenError) {
         let endpoint = &mut self.io.endpoints[index];
         endpoint.state = State::Waiting;
         let text = format!("cannot {action}: {error}; waiting for it");

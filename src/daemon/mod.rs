@@ -18,6 +18,7 @@ mod settings;
 mod signals;
 mod timers;
 mod transmit;
+mod upkeep;
 
 pub use error::StartError;
 pub use event_loop::{DaemonConfig, run};

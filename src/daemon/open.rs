@@ -235,7 +235,7 @@ fn open_group(endpoint: &Endpoint, group: SocketAddr) -> io::Result<mio::net::Ud
 }
 
 /// Where our own datagrams to everybody come from, to know them when they come back.
-fn own_address(everybody: SocketAddr, local: SocketAddr) -> io::Result<SocketAddr> {
+pub(super) fn own_address(everybody: SocketAddr, local: SocketAddr) -> io::Result<SocketAddr> {
     if !local.ip().is_unspecified() {
         return Ok(local);
     }
@@ -248,18 +248,22 @@ fn own_address(everybody: SocketAddr, local: SocketAddr) -> io::Result<SocketAdd
 
 /// The local address to send to `remote` from: what the user says, or any of the same family.
 fn bind_address(bind: Option<&HostPort>, remote: SocketAddr) -> io::Result<SocketAddr> {
+    let any = any_address(remote);
+    let Some(bind) = bind else { return Ok(any) };
+    match socket_address(bind)? {
+        Some(address) if !address.ip().is_unspecified() => Ok(address),
+        Some(address) => Ok(SocketAddr::new(any.ip(), address.port())),
+        None => Err(io::Error::other("bind takes an IP address, not a name")),
+    }
+}
+
+/// Any address of this computer, and any port, of the family of `remote`.
+pub(super) fn any_address(remote: SocketAddr) -> SocketAddr {
     let any: IpAddr = match remote {
         SocketAddr::V4(_) => Ipv4Addr::UNSPECIFIED.into(),
         SocketAddr::V6(_) => Ipv6Addr::UNSPECIFIED.into(),
     };
-    let Some(bind) = bind else {
-        return Ok(SocketAddr::new(any, 0));
-    };
-    match socket_address(bind)? {
-        Some(address) if !address.ip().is_unspecified() => Ok(address),
-        Some(address) => Ok(SocketAddr::new(any, address.port())),
-        None => Err(io::Error::other("bind takes an IP address, not a name")),
-    }
+    SocketAddr::new(any, 0)
 }
 
 /// The address, unless the host is a name.

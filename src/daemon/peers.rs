@@ -179,7 +179,8 @@ impl Daemon {
     }
 
     fn handle_connection(&mut self, index: usize, stream: TcpStream, peer: SocketAddr) {
-        let max_peers = usize::from(self.io.endpoints[index].options().max_peers);
+        let options = self.io.endpoints[index].options();
+        let (max_peers, patience) = (usize::from(options.max_peers), options.stall_timeout);
         let State::Listening(_, count) = &self.io.endpoints[index].state else {
             return;
         };
@@ -187,7 +188,7 @@ impl Daemon {
             // Dropped, and so closed.
             return self.say_refused(index, peer);
         }
-        let added = tune(&stream)
+        let added = tune(&stream, patience)
             .and_then(|()| self.add_stream(index, peer.to_string(), Stream::Tcp(stream)));
         match added {
             Ok(_) => {

@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use super::endpoint::Endpoint;
 use super::error::StartError;
-use crate::config::{Address, Device, EndpointConfig, MessageRef, PathChoice};
+use crate::config::{Address, Device, EndpointConfig, FilterOptions, MessageRef, PathChoice};
 use crate::mavlink::{Dialect, MessageId};
-use crate::routing::{Capacity, GroupId, LinkOptions, Membership, RateCap, Time};
+use crate::routing::{Capacity, FilterLists, GroupId, LinkOptions, Membership, RateCap, Time};
 
 /// Makes endpoints of what the user wrote.
 ///
@@ -24,6 +24,10 @@ pub(super) fn settle(
     for (number, config) in configs.into_iter().enumerate() {
         let mut endpoint = Endpoint::new(config, now);
         endpoint.caps = rate_caps(&endpoint, dialect)?;
+        let options = &endpoint.config.options;
+        let filters = (&options.filter_in, &options.filter_out);
+        endpoint.filter_in = filter_lists(&endpoint.name, filters.0, dialect)?;
+        endpoint.filter_out = filter_lists(&endpoint.name, filters.1, dialect)?;
         endpoint.membership = membership(&endpoint, number, &mut groups)?;
         endpoints.push(endpoint);
     }
@@ -32,16 +36,43 @@ pub(super) fn settle(
 
 fn rate_caps(endpoint: &Endpoint, dialect: &Dialect) -> Result<Vec<RateCap>, StartError> {
     let cap = |(message, rate): &(MessageRef, f32)| {
-        let id = match message {
-            MessageRef::Id(id) => MessageId(*id),
-            MessageRef::Name(name) => id_of(name, dialect).ok_or_else(|| {
-                StartError::UnknownMessage { endpoint: endpoint.name.clone(), name: name.clone() }
-            })?,
-        };
+        let id = resolve(&endpoint.name, message, dialect)?;
         // The rate is 0.001..=1000 as the option was read.
         Ok(RateCap { id, interval: Duration::from_secs_f32(1.0 / rate) })
     };
     endpoint.options().rate.iter().map(cap).collect()
+}
+
+fn filter_lists(
+    endpoint: &str,
+    options: &FilterOptions,
+    dialect: &Dialect,
+) -> Result<FilterLists, StartError> {
+    let messages = |list: &[MessageRef]| -> Result<Vec<MessageId>, StartError> {
+        list.iter().map(|message| resolve(endpoint, message, dialect)).collect()
+    };
+    Ok(FilterLists {
+        allow_messages: messages(&options.allow_messages)?,
+        block_messages: messages(&options.block_messages)?,
+        allow_systems: options.allow_systems.clone(),
+        block_systems: options.block_systems.clone(),
+        allow_components: options.allow_components.clone(),
+        block_components: options.block_components.clone(),
+    })
+}
+
+fn resolve(
+    endpoint: &str,
+    message: &MessageRef,
+    dialect: &Dialect,
+) -> Result<MessageId, StartError> {
+    match message {
+        MessageRef::Id(id) => Ok(MessageId(*id)),
+        MessageRef::Name(name) => id_of(name, dialect).ok_or_else(|| StartError::UnknownMessage {
+            endpoint: endpoint.to_owned(),
+            name: name.clone(),
+        }),
+    }
 }
 
 /// The first definition counts: the user's own, then today's.
@@ -84,6 +115,9 @@ impl Endpoint {
                 None => LinkOptions::default().capacity,
             },
             forward_setup_signing: options.forward_setup_signing,
+            filter_in: self.filter_in.clone(),
+            filter_out: self.filter_out.clone(),
+            is_sniffer: options.sniffer,
             caps: self.caps.clone(),
             membership: self.membership,
             dedup: options.dedup,

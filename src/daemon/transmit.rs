@@ -19,6 +19,8 @@ pub(super) struct Io {
     pub(super) closing: Vec<(LinkId, String)>,
     /// Links that found no room in the system's buffer in this turn.
     pub(super) blocked: LinkSet,
+    /// Links to which datagrams could not be sent in this turn.
+    pub(super) unsent: LinkSet,
     /// Links that wait for their pace to let them send, since this turn.
     pub(super) paced: LinkSet,
 }
@@ -30,6 +32,7 @@ impl Io {
             links: LinkTable::new(),
             closing: Vec::new(),
             blocked: LinkSet::EMPTY,
+            unsent: LinkSet::EMPTY,
             paced: LinkSet::EMPTY,
         }
     }
@@ -62,7 +65,9 @@ impl Io {
                 }
             }
             Output::Datagrams(peer) => {
-                flush_datagrams(*peer, port, &mut self.endpoints[link.endpoint], now);
+                if !flush_datagrams(*peer, port, &mut self.endpoints[link.endpoint], now) {
+                    self.unsent.insert(id);
+                }
             }
         }
         if port.ready_at(now).is_some() {
@@ -97,8 +102,9 @@ fn flush_stream(output: &mut StreamOutput, port: &mut Port, now: Time) -> io::Re
     }
 }
 
-fn flush_datagrams(peer: SocketAddr, port: &mut Port, endpoint: &mut Endpoint, now: Time) {
-    let State::Datagrams(datagrams) = &mut endpoint.state else { return };
+/// Says whether the system took all that it was given.
+fn flush_datagrams(peer: SocketAddr, port: &mut Port, endpoint: &mut Endpoint, now: Time) -> bool {
+    let State::Datagrams(datagrams) = &mut endpoint.state else { return true };
     let destination = datagrams.destination(peer, now);
     let longest = if endpoint.config.options.pack { endpoint.config.options.mtu } else { 0 };
     let mut failure = None;
@@ -123,11 +129,11 @@ fn flush_datagrams(peer: SocketAddr, port: &mut Port, endpoint: &mut Endpoint, n
             }
         }
     }
-    if let Some(error) = failure
-        && endpoint.log.permit(now).is_some()
-    {
+    let Some(error) = failure else { return true };
+    if endpoint.log.permit(now).is_some() {
         warn!("{}: cannot send to {destination}: {error}", endpoint.name);
     }
+    false
 }
 
 /// The datagrams that begin within the first `sendable` bytes, as many as one call moves.

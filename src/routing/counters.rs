@@ -12,6 +12,10 @@ pub enum DropReason {
     SetupSigning,
     /// The source was just heard on this link (rule 49).
     Loop,
+    /// A list of the user's keeps it from coming in; counts where it came from.
+    FilteredIn,
+    /// A list of the user's keeps it from going out.
+    FilteredOut,
     /// The queue had no room for it.
     QueueFull,
     /// The same message of the same source went there a moment ago, and is capped.
@@ -22,10 +26,12 @@ pub enum DropReason {
 
 impl DropReason {
     /// All of them, in the order of their declaration.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 8] = [
         Self::NoRoute,
         Self::SetupSigning,
         Self::Loop,
+        Self::FilteredIn,
+        Self::FilteredOut,
         Self::QueueFull,
         Self::RateCap,
         Self::Duplicate,

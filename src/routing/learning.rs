@@ -54,6 +54,14 @@ impl Router {
         }
     }
 
+    /// Counts the losses before a frame that teaches nothing else: a filter keeps it out.
+    pub(super) fn count_sequence(&mut self, link: LinkId, frame: &CheckedFrame<'_>) {
+        let known = self.table.find_mut(frame.header.source);
+        if let Some(heard) = known.and_then(|known| known.on_mut(link)) {
+            heard.sequence.handle(frame.header.seq);
+        }
+    }
+
     fn may_teach(&self, id: MessageId) -> bool {
         match self.options.learn {
             Learn::All => true,

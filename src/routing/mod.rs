@@ -6,6 +6,7 @@
 
 mod counters;
 mod dedup;
+mod filter;
 mod group;
 mod learning;
 mod link_set;
@@ -20,6 +21,7 @@ mod sequence;
 mod time;
 
 pub use counters::{DropReason, LinkCounters};
+pub use filter::FilterLists;
 pub use group::{GroupId, Membership, Quality};
 pub use link_set::{LinkId, LinkSet, Links, MAX_LINKS};
 pub use options::{Capacity, LOOP_WINDOW, Learn, LinkOptions, RouterEvent, RouterOptions};

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use super::filter::FilterLists;
 use super::group::Membership;
 use super::link_set::LinkId;
 use super::rate_limit::RateCap;
@@ -30,11 +31,18 @@ pub struct RouterOptions {
     pub strict: bool,
     /// A route that was not heard for so long is forgotten; `None`: only with its link (rule 44).
     pub route_age: Option<Duration>,
+    /// Links on which this system was heard are sent everything, whoever it is for.
+    pub sniffer: Option<u8>,
 }
 
 impl Default for RouterOptions {
     fn default() -> Self {
-        Self { learn: Learn::All, strict: false, route_age: Some(Duration::from_secs(300)) }
+        Self {
+            learn: Learn::All,
+            strict: false,
+            route_age: Some(Duration::from_secs(300)),
+            sniffer: None,
+        }
     }
 }
 
@@ -45,6 +53,12 @@ pub struct LinkOptions {
     pub capacity: Capacity,
     /// Whether SETUP_SIGNING may come and go here; both links must allow it (rule 47).
     pub forward_setup_signing: bool,
+    /// What is taken from here; the rest teaches nothing either.
+    pub filter_in: FilterLists,
+    /// What is sent here.
+    pub filter_out: FilterLists,
+    /// Whether everything is sent here, whoever it is for.
+    pub is_sniffer: bool,
     /// Messages that are sent here less often than they come.
     pub caps: Vec<RateCap>,
     /// Its place among links that lead the same way.
@@ -73,6 +87,9 @@ impl Default for LinkOptions {
         Self {
             capacity: Capacity::Bytes(DEFAULT_QUEUE),
             forward_setup_signing: false,
+            filter_in: FilterLists::default(),
+            filter_out: FilterLists::default(),
+            is_sniffer: false,
             caps: Vec::new(),
             membership: None,
             dedup: None,

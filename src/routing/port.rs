@@ -1,6 +1,7 @@
 //! The router's side of a link: what waits for it, at which pace it leaves, and what was counted.
 
 use super::counters::{DropReason, LinkCounters};
+use super::filter::Filter;
 use super::group::Quality;
 use super::options::{Capacity, LinkOptions};
 use super::pacer::Pacer;
@@ -15,6 +16,8 @@ pub struct Port {
     pub(super) counters: LinkCounters,
     queue: Queue,
     pacer: Option<Pacer>,
+    filter_in: Filter,
+    filter_out: Filter,
     limiter: RateLimiter,
     last_heard: Option<Time>,
     /// Lost frames of late, in parts of 1,024.
@@ -40,6 +43,8 @@ impl Port {
         Self {
             queue: Queue::new(limits(options.capacity, pacer.as_ref())),
             pacer,
+            filter_in: Filter::new(&options.filter_in),
+            filter_out: Filter::new(&options.filter_out),
             limiter: RateLimiter::new(caps),
             counters: LinkCounters::default(),
             last_heard: None,
@@ -48,11 +53,19 @@ impl Port {
         }
     }
 
+    /// Whether a frame that came from this link is taken.
+    #[inline]
+    pub(super) fn takes(&self, frame: &CheckedFrame<'_>) -> bool {
+        self.filter_in.permits(&frame.header)
+    }
+
     /// Queues a frame, or counts why not.
     #[inline]
     pub(super) fn offer(&mut self, frame: &CheckedFrame<'_>, precedence: Precedence, now: Time) {
         let header = &frame.header;
-        if !self.limiter.permit(header.source, header.id, now) {
+        if !self.filter_out.permits(header) {
+            self.counters[DropReason::FilteredOut] += 1;
+        } else if !self.limiter.permit(header.source, header.id, now) {
             self.counters[DropReason::RateCap] += 1;
         } else if self.queue.push(frame.bytes, precedence).is_err() {
             self.counters[DropReason::QueueFull] += 1;

@@ -22,6 +22,9 @@ pub struct Router {
     links: LinkSet,
     pub(super) table: RouteTable,
     groups: Vec<Group>,
+    /// Links that are sent everything by an option of their own.
+    sniffers: LinkSet,
+    has_sniffers: bool,
     dedup: Dedup,
     /// Links that got something since they were last asked for.
     dirty: LinkSet,
@@ -45,6 +48,8 @@ impl Router {
             links: LinkSet::EMPTY,
             table: RouteTable::new(),
             groups: Vec::new(),
+            sniffers: LinkSet::EMPTY,
+            has_sniffers: options.sniffer.is_some(),
             dedup: Dedup::new(),
             dirty: LinkSet::EMPTY,
             filling: LinkSet::EMPTY,
@@ -63,6 +68,10 @@ impl Router {
             self.groups.resize_with(groups, Group::default);
             self.groups[group].add(link, membership);
         }
+        if options.is_sniffer {
+            self.sniffers.insert(link);
+            self.has_sniffers = true;
+        }
         let port = Port::new(options, now);
         if link.index() == self.ports.len() {
             self.ports.push(Some(port));
@@ -79,6 +88,7 @@ impl Router {
             return;
         }
         self.links.remove(link);
+        self.sniffers.remove(link);
         self.dirty.remove(link);
         self.filling.remove(link);
         self.ports[link.index()] = None;
@@ -100,7 +110,13 @@ impl Router {
         };
         port.counters.frames_in += 1;
         port.counters.bytes_in += frame.bytes.len() as u64;
-        let window = port.options.dedup;
+        if !port.takes(frame) {
+            port.counters[DropReason::FilteredIn] += 1;
+            return self.count_sequence(link, frame);
+        }
+        // What teaches no route would go round in a ring for ever but for its bytes.
+        let is_learnable = frame.verified && frame.header.source.is_valid_source();
+        let window = if is_learnable { port.options.dedup } else { Some(LOOP_WINDOW) };
         let is_copy =
             window.is_some_and(|window| self.dedup.is_copy(frame.bytes, link, window, now));
         self.learn(link, frame, is_copy, now);
@@ -118,6 +134,13 @@ impl Router {
         let mut destinations =
             if frame.is_directed() { self.routes_to(frame.target, now) } else { self.links };
         destinations.remove(link);
+        if destinations.is_empty() && frame.is_directed() {
+            self.count_drop(link, DropReason::NoRoute);
+        }
+        if self.has_sniffers {
+            destinations = destinations | self.sniffers(now);
+            destinations.remove(link);
+        }
         if !self.groups.is_empty() {
             destinations = self.choose_paths(link, destinations, now);
         }
@@ -129,9 +152,6 @@ impl Router {
                     count_drop(&mut self.ports, heard.link, DropReason::Loop);
                 }
             }
-        }
-        if destinations.is_empty() && frame.is_directed() {
-            self.count_drop(link, DropReason::NoRoute);
         }
         if frame.header.id == MessageId::SETUP_SIGNING {
             destinations = self.permit_setup_signing(link, destinations);
@@ -156,6 +176,14 @@ impl Router {
             }
         }
         chosen
+    }
+
+    /// The links that are sent everything.
+    fn sniffers(&self, now: Time) -> LinkSet {
+        match self.options.sniffer {
+            Some(system) => self.sniffers | self.routes_to(Component::new(system, 0), now),
+            None => self.sniffers,
+        }
     }
 
     /// The links that lead to a target (rules 36-38); the target's system is not 0.

@@ -18,6 +18,7 @@ mod forwarding;
 mod harness;
 mod idle;
 mod learning;
+mod options;
 mod overload;
 mod overloaded_line;
 mod program;

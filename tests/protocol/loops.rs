@@ -113,6 +113,19 @@ fn three_routers_in_a_ring_make_no_storm_and_heal() {
 }
 
 #[test]
+fn frames_that_teach_nothing_make_no_storm_either() {
+    let mut mesh = Mesh::new(3, &[(0, 1), (1, 2), (2, 0)]);
+    let (vehicle, station) = (mesh.link(0), mesh.link(1));
+    for seq in 0..100 {
+        let nobody = frame(Version::V2, seq, Component::new(0, 0), (0, 50), &[1; 9]);
+        assert!(mesh.send(vehicle, &nobody, station) > 0);
+        let unknown = frame(Version::V2, seq, VEHICLE, (54_321 + u32::from(seq), 7), &[seq; 9]);
+        assert!(mesh.send(vehicle, &unknown, station) > 0);
+    }
+    assert!(mesh.carried <= 200 * 3 * 2, "{} frames over 3 cables for 200", mesh.carried);
+}
+
+#[test]
 fn five_routers_each_joined_to_each_make_no_storm() {
     let pairs: Vec<(usize, usize)> = (0..5).flat_map(|a| (a + 1..5).map(move |b| (a, b))).collect();
     let mut mesh = Mesh::new(5, &pairs);

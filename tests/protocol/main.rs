@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod every_message;
+mod filters;
 mod frames;
 mod groups;
 mod loops;

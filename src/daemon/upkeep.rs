@@ -1,0 +1,170 @@
+//! Looks after what is open: whether a name still means the same address, and whether a network
+//! interface is still the one that a socket was opened on.
+
+use std::io;
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use tracing::info;
+
+use super::endpoint::{Bound, Role, State};
+use super::event_loop::Daemon;
+use super::links::Output;
+use super::open::{OpenError, own_address};
+use crate::config::{Address, Host, HostPort};
+use crate::link::{Resolved, interface_index};
+use crate::routing::LinkId;
+
+/// How often a name is asked for again while its address is in use.
+const ASK_AGAIN: Duration = Duration::from_secs(30);
+
+/// The same after a datagram could not be sent there.
+const ASK_SOON: Duration = Duration::from_secs(2);
+
+/// How often an interface is looked at.
+const LOOK_AGAIN: Duration = Duration::from_secs(2);
+
+impl Daemon {
+    /// An endpoint was opened at an address: remembers what that depends on.
+    pub(super) fn begin_upkeep(&mut self, index: usize, address: SocketAddr) {
+        // It was found out a moment ago, in order to open the endpoint.
+        let bound = self.bound_to(index, address).unwrap_or_default();
+        let endpoint = &mut self.io.endpoints[index];
+        (endpoint.bound, endpoint.address) = (bound, Some(address));
+        self.set_upkeep_deadline(index);
+    }
+
+    /// What the sockets of an endpoint are bound to, by which it shows that they have become
+    /// useless.
+    fn bound_to(&self, index: usize, address: SocketAddr) -> io::Result<Bound> {
+        let config = &self.io.endpoints[index].config;
+        if let Some(device) = &config.options.dev {
+            return Ok(Bound::Interface(interface_index(device)?));
+        }
+        match config.address {
+            Address::Multicast(_) => {
+                let any = super::open::any_address(address);
+                Ok(Bound::Source(own_address(address, any)?))
+            }
+            _ => Ok(Bound::Nothing),
+        }
+    }
+
+    fn set_upkeep_deadline(&mut self, index: usize) {
+        let endpoint = &self.io.endpoints[index];
+        let is_sender = matches!(endpoint.config.address, Address::UdpOut(_));
+        if endpoint.bound != Bound::Nothing {
+            self.set_deadline(index, LOOK_AGAIN);
+        } else if is_sender && self.host_name(index).is_some() {
+            self.set_deadline(index, ASK_AGAIN);
+        }
+    }
+
+    fn host_name(&self, index: usize) -> Option<(String, u16)> {
+        match self.io.endpoints[index].config.address.host_port()? {
+            HostPort { host: Host::Name(name), port } => Some((name.clone(), *port)),
+            _ => None,
+        }
+    }
+
+    /// Something that is open wants to be looked at.
+    pub(super) fn look_after(&mut self, index: usize) {
+        let endpoint = &self.io.endpoints[index];
+        if let Some(address) = endpoint.address
+            && endpoint.bound != Bound::Nothing
+        {
+            match self.bound_to(index, address) {
+                Ok(bound) if bound == self.io.endpoints[index].bound => {}
+                Ok(_) => return self.reopen(index, io::Error::other("the interface has changed")),
+                Err(error) => return self.reopen(index, error),
+            }
+        }
+        if let State::Listening(..) = self.io.endpoints[index].state {
+            self.accept(index);
+        } else if let Some((name, port)) = self.host_name(index) {
+            // If there is no thread for it now, the next time will do.
+            let _ = self.resolver.ask(index, name, port);
+        }
+        if self.io.endpoints[index].deadline.is_none() {
+            self.set_upkeep_deadline(index);
+        }
+    }
+
+    /// Closes all that an endpoint has, and opens it anew.
+    fn reopen(&mut self, index: usize, error: io::Error) {
+        let links = self.router.links();
+        let is_its =
+            |link: &LinkId| self.io.links.get(*link).is_some_and(|link| link.endpoint == index);
+        let its: Vec<LinkId> = links.iter().filter(is_its).collect();
+        self.io.endpoints[index].state = State::Waiting;
+        for link in its {
+            self.close_link(link, &error.to_string());
+        }
+        let name = self.io.endpoints[index].config.options.dev.clone();
+        let action = format!("use the network interface {}", name.unwrap_or_default());
+        self.try_later(index, OpenError { action: action.trim_end().to_owned(), error });
+    }
+
+    /// Datagrams to these links could not be sent in this turn: perhaps a name has moved.
+    pub(super) fn handle_unsent(&mut self) {
+        for link in std::mem::take(&mut self.io.unsent).iter() {
+            let Some(index) = self.io.links.get(link).map(|link| link.endpoint) else { continue };
+            let soon = self.now + ASK_SOON;
+            let is_set = self.io.endpoints[index].deadline.is_some_and(|at| at <= soon);
+            if !is_set && self.host_name(index).is_some() {
+                self.set_deadline(index, ASK_SOON);
+            }
+        }
+    }
+
+    /// Takes what the resolver found out.
+    pub(super) fn handle_answers(&mut self) {
+        while let Some(Resolved { asker, addresses }) = self.resolver.poll() {
+            match addresses {
+                Ok(addresses) if !addresses.is_empty() => self.handle_addresses(asker, addresses),
+                Ok(_) => self.handle_unresolved(asker, io::Error::other("it has no address")),
+                Err(error) => self.handle_unresolved(asker, error),
+            }
+        }
+    }
+
+    /// A name means these addresses. IPv4 comes first: that is where ground stations listen.
+    fn handle_addresses(&mut self, index: usize, mut addresses: Vec<SocketAddr>) {
+        addresses.sort_by_key(SocketAddr::is_ipv6);
+        if let State::Datagrams(_) = self.io.endpoints[index].state {
+            return self.redirect(index, &addresses);
+        }
+        self.io.endpoints[index].addresses = addresses;
+        self.io.endpoints[index].next_address = 0;
+        if let Err(failure) = self.open(index) {
+            self.try_later(index, failure);
+        }
+    }
+
+    fn handle_unresolved(&mut self, index: usize, error: io::Error) {
+        if let State::Datagrams(_) = self.io.endpoints[index].state {
+            // What it was is still good.
+            return;
+        }
+        let name = self.host_name(index).unwrap_or_default().0;
+        self.try_later(index, OpenError { action: format!("resolve {name}"), error });
+    }
+
+    /// The host of a sender has these addresses now.
+    fn redirect(&mut self, index: usize, addresses: &[SocketAddr]) {
+        let endpoint = &mut self.io.endpoints[index];
+        let State::Datagrams(port) = &mut endpoint.state else { return };
+        let Role::Sender { link, remote } = &mut port.role else { return };
+        let same_family = |address: &&SocketAddr| address.is_ipv4() == remote.is_ipv4();
+        let Some(new) = addresses.iter().find(same_family) else { return };
+        if addresses.contains(remote) {
+            return;
+        }
+        info!("{}: now sending to {new}", endpoint.name);
+        *remote = *new;
+        if let Some(link) = self.io.links.get_mut(*link) {
+            link.peer = new.to_string();
+            link.output = Output::Datagrams(*new);
+        }
+    }
+}
