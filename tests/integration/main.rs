@@ -9,6 +9,7 @@
 mod abuse;
 mod addresses;
 mod architecture;
+mod configuration;
 mod connections;
 mod corruption;
 mod datagrams;
