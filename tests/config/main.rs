@@ -7,6 +7,8 @@
 // A case that cannot be read fails its test, and a panic is how.
 #![allow(clippy::unwrap_used)]
 
+mod example;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
