@@ -42,6 +42,12 @@ pub enum Command {
     },
     /// List the serial ports of this computer: what each one is, and whether you may open it
     Ports,
+    /// Check a configuration file, and tell what it means and what is missing; opens no endpoint
+    Check {
+        /// The file; without it, those in /etc/mavswitch
+        #[arg(value_name = "FILE")]
+        file: Option<PathBuf>,
+    },
     /// Print the effective configuration, of files and command line together, as a file
     Config(Box<RouteArgs>),
 }
@@ -218,5 +224,5 @@ Examples:
   What a configuration file says, and nothing else:
     mavswitch -c mavswitch.toml
 
-Exit status: 0 after SIGINT or SIGTERM, 1 if an endpoint cannot be opened or a configuration file is
-wrong, 2 for a wrong command line.";
+Exit status: 0 after SIGINT or SIGTERM, 1 if an endpoint cannot be opened, 2 for a wrong command line
+or a wrong configuration file.";

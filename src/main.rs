@@ -1,19 +1,24 @@
 //! The program: arguments in, exit status out; all else is in the library.
 
 use std::error::Error;
+use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
-use std::path::{self, Path};
+use std::path::{self, Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
-use mavswitch::cli::{Cli, Command, NOTHING_TO_JOIN};
-use mavswitch::config::{Config, General, LogFormat, LogLevel, load_dialect, write_rows};
+use mavswitch::check::{check, explain};
+use mavswitch::cli::{Cli, Command, NOTHING_TO_JOIN, config_files};
+use mavswitch::config::{
+    CONFIG_DIR, Config, General, LogFormat, LogLevel, load_config, load_dialect, write_rows,
+};
 use mavswitch::daemon::{DaemonConfig, run};
 use mavswitch::link::list_ports;
 use mavswitch::mavlink::Dialect;
 use tracing::level_filters::LevelFilter;
 
-/// The exit status for a command line that cannot be used; clap has the same.
+/// The exit status for a command line or a configuration that cannot be used; clap has the same.
+/// To start again would not help, and a service manager can tell by it.
 const USAGE: u8 = 2;
 
 fn main() -> ExitCode {
@@ -21,6 +26,7 @@ fn main() -> ExitCode {
     let outcome = match &cli.command {
         Some(Command::Dialect { file }) => print_dialect(file),
         Some(Command::Ports) => print_ports(),
+        Some(Command::Check { file }) => check_config(file.as_deref()),
         Some(Command::Config(_)) => print_config(&cli),
         None => match cli.config() {
             Ok(config) if config.endpoints.is_empty() => {
@@ -28,18 +34,26 @@ fn main() -> ExitCode {
                 return ExitCode::from(USAGE);
             }
             Ok(config) => route(config),
-            Err(error) => Err(error.into()),
+            Err(error) => {
+                complain(&error);
+                return ExitCode::from(USAGE);
+            }
         },
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            for line in error.to_string().lines() {
-                // Nothing can be done if even that cannot be said.
-                let _ = writeln!(io::stderr(), "mavswitch: {line}");
-            }
+            complain(&error);
             ExitCode::FAILURE
         }
+    }
+}
+
+/// Says on standard error what is wrong.
+fn complain(error: &dyn Display) {
+    for line in error.to_string().lines() {
+        // Nothing can be done if even that cannot be said.
+        let _ = writeln!(io::stderr(), "mavswitch: {line}");
     }
 }
 
@@ -53,6 +67,28 @@ fn route(config: Config) -> Result<(), Box<dyn Error>> {
     let endpoints = config.endpoints.into_iter().map(|endpoint| endpoint.config).collect();
     tracing::info!("mavswitch {} starting", env!("CARGO_PKG_VERSION"));
     Ok(run(DaemonConfig { endpoints, router, dialect })?)
+}
+
+/// Tells what a configuration means on standard output, and what is to be said of it on standard
+/// error.
+fn check_config(file: Option<&Path>) -> Result<(), Box<dyn Error>> {
+    let files = config_files(file)?;
+    let config = load_config(&files)?;
+    print(&explain(&config))?;
+    let findings = check(&config);
+    for finding in &findings {
+        complain(finding);
+    }
+    let wrong = findings.iter().filter(|finding| finding.is_wrong).count();
+    match wrong {
+        0 => print(&format!("{}: right\n", names(&files))),
+        _ => Err(format!("{}: cannot be used", names(&files)).into()),
+    }
+}
+
+fn names(files: &[PathBuf]) -> String {
+    let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+    if names.is_empty() { format!("{CONFIG_DIR} (no files)") } else { names.join(", ") }
 }
 
 fn print_config(cli: &Cli) -> Result<(), Box<dyn Error>> {

@@ -147,7 +147,7 @@ pub const GENERAL: &[GeneralSpec] = &[
 
 impl General {
     /// The value of a key in TOML, if it has one.
-    pub(super) fn show(&self, spec: &GeneralSpec) -> Option<String> {
+    pub fn show(&self, spec: &GeneralSpec) -> Option<String> {
         let words = (spec.show)(self);
         (!words.is_empty()).then(|| spec.shape.to_toml(&words))
     }
@@ -193,6 +193,19 @@ mod tests {
         for spec in GENERAL {
             assert_eq!(General::default().show(spec).as_deref(), spec.default, "{}", spec.name);
         }
+    }
+
+    #[test]
+    fn every_choice_is_named_where_it_is_explained() {
+        fn assert_named<T: ValueEnum>(key: &str) {
+            let spec = GENERAL.iter().find(|spec| spec.name == key).unwrap();
+            for value in T::value_variants() {
+                let name = &show_choice(value)[0];
+                assert!(spec.expects.contains(name) && spec.help.contains(name), "{key}: {name}");
+            }
+        }
+        assert_named::<LogFormat>("log_format");
+        assert_named::<LogLevel>("log_level");
     }
 
     #[test]

@@ -22,7 +22,7 @@ use super::suggest;
 use super::value;
 
 /// The key of an endpoint's address.
-const ADDRESS: &str = "address";
+pub(super) const ADDRESS: &str = "address";
 /// The table of endpoints.
 const ENDPOINT: &str = "endpoint";
 

@@ -6,11 +6,13 @@
 //! - An `address` replaces the whole earlier address, with the options in its query. An option is
 //!   replaced wherever the earlier file wrote it, as a key or in the address; so are baud rates.
 
+use std::iter;
+
 use super::address::Address;
 use super::endpoint::{self, EndpointConfig};
 use super::error::AddressProblem;
 use super::general::{General, GeneralSpec};
-use super::layer::{EndpointTable, Layer, PlacedAddress, Setting};
+use super::layer::{ADDRESS, EndpointTable, Layer, PlacedAddress, Setting};
 use super::option_spec::OptionSpec;
 use super::options::EndpointOptions;
 use super::place::{ConfigError, ConfigProblem, Place};
@@ -34,22 +36,23 @@ pub struct Endpoint {
     pub config: EndpointConfig,
     /// Where its name stands; `None` for one of the command line.
     pub place: Option<Place>,
-    /// Where the values of its options stand, by name; those of the command line have none.
-    pub options: Vec<(&'static str, Place)>,
+    /// Where the values of its keys stand, by name: `address` and the options that are set. On the
+    /// command line there are no such places.
+    pub keys: Vec<(&'static str, Place)>,
 }
 
 impl Endpoint {
-    /// Where an option stands, or else the endpoint.
-    pub fn place_of(&self, option: &str) -> Option<&Place> {
-        let option = self.options.iter().find(|(name, _)| *name == option);
-        option.map(|(_, place)| place).or(self.place.as_ref())
+    /// Where the value of a key stands, or else the endpoint.
+    pub fn place_of(&self, key: &str) -> Option<&Place> {
+        let found = self.keys.iter().find(|(name, _)| *name == key);
+        found.map(|(_, place)| place).or(self.place.as_ref())
     }
 }
 
 /// An endpoint of the command line.
 impl From<EndpointConfig> for Endpoint {
     fn from(config: EndpointConfig) -> Self {
-        Self { config, place: None, options: Vec::new() }
+        Self { config, place: None, keys: Vec::new() }
     }
 }
 
@@ -134,8 +137,9 @@ fn build(draft: EndpointTable) -> Result<Endpoint, Vec<ConfigProblem>> {
     }
     let config = config.complete();
     let config = config.map_err(|problem| vec![ConfigProblem::at(&placed.place, problem)])?;
-    let options = draft.settings.iter().map(|setting| (setting.spec.name, setting.place.clone()));
-    Ok(Endpoint { config, place: Some(draft.place), options: options.collect() })
+    let settings = draft.settings.iter().map(|setting| (setting.spec.name, setting.place.clone()));
+    let keys = iter::once((ADDRESS, placed.place)).chain(settings).collect();
+    Ok(Endpoint { config, place: Some(draft.place), keys })
 }
 
 fn set(config: &mut EndpointConfig, setting: &Setting<OptionSpec>) -> Result<(), ConfigProblem> {

@@ -45,3 +45,4 @@ pub use option_table::OPTIONS;
 pub use options::{EndpointOptions, FilterOptions, FlowControl, MessageRef, PathChoice};
 pub use place::{ConfigError, ConfigProblem, Place};
 pub use shape::Shape;
+pub(crate) use suggest::nearest;

@@ -61,8 +61,8 @@ fn every_option_is_explained_with_its_default() {
 fn every_line_of_it_may_be_used() {
     let config = parse(&uncommented());
     for spec in OPTIONS.iter().filter(|spec| spec.name != "name") {
-        let mut options = config.endpoints.iter().flat_map(|endpoint| &endpoint.options);
-        assert!(options.any(|(name, _)| *name == spec.name), "{}", spec.name);
+        let mut keys = config.endpoints.iter().flat_map(|endpoint| &endpoint.keys);
+        assert!(keys.any(|(name, _)| *name == spec.name), "{}", spec.name);
     }
     assert_eq!(parse(&config.to_string()).to_string(), config.to_string());
 }

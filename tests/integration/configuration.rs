@@ -5,7 +5,6 @@ use std::path::Path;
 use std::process::Output;
 
 use crate::harness::*;
-use crate::program::assert_refused;
 
 const UDP: &str = "udpin:127.0.0.1:0?name=udp";
 
@@ -14,6 +13,17 @@ fn stdout(output: &Output) -> String {
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     // The harness gathers lines, without the end of the last one.
     format!("{}\n", String::from_utf8_lossy(&output.stdout))
+}
+
+/// The program ends with this status and says these words of its configuration.
+#[track_caller]
+fn assert_said(output: &Output, status: i32, words: &[&str]) {
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(status), "{text}");
+    for word in words {
+        assert!(text.contains(word), "no {word:?} in {text}");
+    }
+    assert!(text.lines().all(|line| line.starts_with("mavswitch: ")), "{text}");
 }
 
 fn text(path: &Path) -> &str {
@@ -80,19 +90,22 @@ fn a_wrong_file_is_told_with_line_and_column() {
     let dir = TempDir::new();
     let file = dir.write("a.toml", "[endpoint.gcs]\naddress = \"udpin:127.0.0.1:0\"\nmtoo = 1\n");
     let place = format!("{}:3:1: ", text(&file));
-    assert_refused(&run(&["-c", text(&file), UDP]), &[&place, "unknown key `mtoo`"]);
+    let words = [&place, "unknown key `mtoo`"];
+    assert_said(&run(&["-c", text(&file), UDP]), 2, &words);
+    assert_said(&run(&["check", text(&file)]), 1, &words);
+    assert_said(&run(&["config", "-c", text(&file)]), 1, &words);
+    // All of it at once.
     fs::write(&file, "strickt = true\nlearn = 1\n").unwrap();
-    let output = run(&["-c", text(&file), UDP]);
-    assert_eq!(output.status.code(), Some(1));
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(text.lines().filter(|line| line.starts_with("mavswitch: ")).count(), 2, "{text}");
+    assert_said(&run(&["-c", text(&file), UDP]), 2, &["`strict`", "all or heartbeat"]);
 }
 
 #[test]
 fn a_file_that_is_not_there_is_told() {
     let dir = TempDir::new();
     let absent = dir.path("absent.toml");
-    assert_refused(&run(&["-c", text(&absent), UDP]), &[text(&absent), "No such file"]);
+    let words = [text(&absent), "No such file"];
+    assert_said(&run(&["-c", text(&absent), UDP]), 2, &words);
+    assert_said(&run(&["check", text(&absent)]), 1, &words);
 }
 
 #[test]
@@ -103,4 +116,23 @@ fn a_file_without_endpoints_is_not_enough() {
     assert_eq!(output.status.code(), Some(2));
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(text.contains("nothing to join") && text.contains("mavswitch.toml"), "{text}");
+}
+
+#[test]
+fn a_check_explains_and_warns_and_opens_nothing() {
+    let dir = TempDir::new();
+    let listener = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    let endpoints = format!(
+        "[endpoint.gcs]\naddress = \"udpin:{address}\"\n\
+         [endpoint.fc]\naddress = \"/dev/absent\"\n"
+    );
+    let file = dir.write("a.toml", &endpoints);
+    let output = run(&["check", text(&file)]);
+    let place = format!("mavswitch: {}:4:11: warning: fc: /dev/absent is not there", text(&file));
+    assert_said(&output, 0, &[&place]);
+    let explained = stdout(&output);
+    assert!(explained.starts_with(&format!("gcs: listens for UDP at {address}\n")), "{explained}");
+    fs::write(&file, "[endpoint.gcs]\naddress = \"udpin:1?rate=RAW_IUM:1\"\n").unwrap();
+    assert_said(&run(&["check", text(&file)]), 1, &["did you mean RAW_IMU?"]);
 }

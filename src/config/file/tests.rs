@@ -83,7 +83,7 @@ fn endpoints_keep_the_order_of_the_file() {
     let names: Vec<String> = config.endpoints.iter().map(|it| it.config.name()).collect();
     assert_eq!(names, ["z", "a"]);
     let place = config.endpoints[1].place_of("address").unwrap();
-    assert_eq!(place.to_string(), "test.toml:3:11");
+    assert_eq!(place.to_string(), "test.toml:4:9");
 }
 
 #[test]
