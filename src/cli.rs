@@ -106,7 +106,7 @@ pub struct RouteArgs {
 /// What to log, and how.
 #[derive(Args, Debug)]
 pub struct LogArgs {
-    /// Log more; twice: everything
+    /// Log more: what each link carried, and who found no route
     #[arg(short, long, action = clap::ArgAction::Count, global = true, conflicts_with = "quiet")]
     pub verbose: u8,
 
@@ -224,5 +224,5 @@ Examples:
   What a configuration file says, and nothing else:
     mavswitch -c mavswitch.toml
 
-Exit status: 0 after SIGINT or SIGTERM, 1 if an endpoint cannot be opened, 2 for a wrong command line
-or a wrong configuration file.";
+Exit status: 0 after SIGINT, SIGTERM or SIGHUP, 1 if it cannot start, 2 for a wrong command line or a
+wrong configuration file.";

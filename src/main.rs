@@ -16,6 +16,7 @@ use mavswitch::daemon::{DaemonConfig, run};
 use mavswitch::link::list_ports;
 use mavswitch::mavlink::Dialect;
 use tracing::level_filters::LevelFilter;
+use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
 
 /// The exit status for a command line or a configuration that cannot be used; clap has the same.
 /// To start again would not help, and a service manager can tell by it.
@@ -58,7 +59,8 @@ fn complain(error: &dyn Display) {
 }
 
 fn route(config: Config) -> Result<(), Box<dyn Error>> {
-    start_log(&config.general);
+    // What is left of the log is written before the last word.
+    let _log = start_log(&config.general);
     let mut dialect = Dialect::builtin();
     for file in &config.general.dialect {
         dialect.add(load_dialect(file)?)?;
@@ -130,7 +132,9 @@ fn print_ports() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn start_log(general: &General) {
+/// Starts the log. Lines are written until the guard is dropped; those that nobody takes in time
+/// are left out.
+fn start_log(general: &General) -> WorkerGuard {
     let level = match general.log_level {
         LogLevel::Error => LevelFilter::ERROR,
         LogLevel::Warn => LevelFilter::WARN,
@@ -138,14 +142,24 @@ fn start_log(general: &General) {
         LogLevel::Debug => LevelFilter::DEBUG,
         LogLevel::Trace => LevelFilter::TRACE,
     };
+    let (writer, guard) = NonBlockingBuilder::default()
+        .lossy(true)
+        .buffered_lines_limit(LOG_LINES)
+        .finish(io::stderr());
     let builder = tracing_subscriber::fmt()
         .with_max_level(level)
         .with_target(false)
         .with_ansi(io::stderr().is_terminal())
-        .with_writer(io::stderr);
+        // Its only words would go where the log itself cannot go.
+        .log_internal_errors(false)
+        .with_writer(writer);
     match general.log_format {
         LogFormat::Text => builder.init(),
         LogFormat::Json => builder.json().init(),
         LogFormat::Plain => builder.without_time().init(),
     }
+    guard
 }
+
+/// How many lines wait while nobody reads the log.
+const LOG_LINES: usize = 1_024;

@@ -7,7 +7,7 @@ use super::route_table::Heard;
 use super::router::{Router, push_event};
 use super::sequence::Sequence;
 use super::time::Time;
-use crate::mavlink::{CheckedFrame, MessageId};
+use crate::mavlink::{CheckedFrame, Component, MessageId};
 
 /// Where SYSTEM_TIME has the milliseconds since boot: four bytes.
 const BOOT_MS: [u8; 4] = [8, 9, 10, 11];
@@ -28,8 +28,7 @@ impl Router {
     ) {
         let source = frame.header.source;
         if !source.is_valid_source() {
-            self.count(link, |counters| &mut counters.invalid_sources);
-            return;
+            return self.handle_invalid_source(link, source);
         }
         let is_new = !is_copy || self.port(link).is_some_and(Port::is_in_group);
         let teaches = frame.verified && is_new && self.may_teach(frame.header.id);
@@ -51,6 +50,14 @@ impl Router {
         }
         if frame.verified {
             self.handle_verified(link, frame, lost, now);
+        }
+    }
+
+    fn handle_invalid_source(&mut self, link: LinkId, source: Component) {
+        let Some(Some(port)) = self.ports.get_mut(link.index()) else { return };
+        port.counters.invalid_sources += 1;
+        if port.counters.invalid_sources == 1 {
+            push_event(&mut self.events, RouterEvent::InvalidSource(source, link));
         }
     }
 

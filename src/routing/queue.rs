@@ -132,10 +132,16 @@ impl Queue {
         self.limits
     }
 
-    /// Changes how much may wait, up to what the queue was made for. What waits already stays.
+    /// Changes how much may wait. What waits already stays, also where that is more.
     pub fn set_limits(&mut self, limits: QueueLimits) {
-        let total = limits.total.min(self.ring.capacity().get());
-        self.limits = QueueLimits { total, ..limits };
+        self.limits = limits;
+        if limits.total > self.ring.capacity().get() {
+            let mut ring = LocalRb::new(limits.total);
+            let (first, second) = self.ring.as_slices();
+            ring.push_slice(first);
+            ring.push_slice(second);
+            self.ring = ring;
+        }
     }
 
     /// The frames that wait, each in two pieces (the second mostly empty), for datagrams.
@@ -290,6 +296,20 @@ mod tests {
         assert_eq!(queue.push(&frame(23), Precedence::Immediate), Ok(()));
         assert_eq!(queue.push(&frame(0), Precedence::Immediate), Err(Full));
         assert_eq!(queue.len(), 100);
+    }
+
+    #[test]
+    fn a_queue_that_is_made_longer_keeps_what_waits() {
+        let mut queue = Queue::new(QueueLimits { routine: 30, priority: 30, total: 30 });
+        queue.push(&frame(8), Precedence::Immediate).unwrap();
+        queue.consume(20);
+        queue.push(&frame(8), Precedence::Immediate).unwrap();
+        queue.consume(5);
+        queue.set_limits(QueueLimits { routine: 100, priority: 100, total: 100 });
+        queue.push(&frame(20), Precedence::Immediate).unwrap();
+        let (first, second) = queue.as_slices();
+        assert_eq!([first, second].concat(), [&frame(8)[5..], &frame(20)].concat());
+        assert_eq!(queue.frames().count(), 1);
     }
 
     #[test]

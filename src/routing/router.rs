@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::counters::{DropReason, LinkCounters};
 use super::dedup::Dedup;
-use super::group::{Group, Quality};
+use super::group::{Group, GroupId, Quality};
 use super::link_set::{LinkId, LinkSet, MAX_LINKS};
 use super::options::{LOOP_WINDOW, LinkOptions, RouterEvent, RouterOptions};
 use super::port::Port;
@@ -136,13 +136,16 @@ impl Router {
         destinations.remove(link);
         if destinations.is_empty() && frame.is_directed() {
             self.count_drop(link, DropReason::NoRoute);
+            let event = RouterEvent::NoRoute(frame.header.source, frame.target);
+            push_event(&mut self.events, event);
         }
         if self.has_sniffers {
             destinations = destinations | self.sniffers(now);
             destinations.remove(link);
         }
         if !self.groups.is_empty() {
-            destinations = self.choose_paths(link, destinations, now);
+            let is_heartbeat = frame.header.id == MessageId::HEARTBEAT;
+            destinations = self.choose_paths(link, destinations, is_heartbeat, now);
         }
         if let Some(source) = self.table.find(frame.header.source) {
             for heard in &source.heard {
@@ -160,7 +163,13 @@ impl Router {
     }
 
     /// Leaves out the sender's group, and lets each other group choose its paths.
-    fn choose_paths(&mut self, link: LinkId, candidates: LinkSet, now: Time) -> LinkSet {
+    fn choose_paths(
+        &mut self,
+        link: LinkId,
+        candidates: LinkSet,
+        is_heartbeat: bool,
+        now: Time,
+    ) -> LinkSet {
         let own = self.port(link).and_then(|port| port.options.membership);
         let mut chosen = candidates;
         let ports = &self.ports;
@@ -172,7 +181,12 @@ impl Router {
             chosen = chosen - group.links();
             let is_own = own.is_some_and(|own| usize::from(own.group.0) == number);
             if !is_own && !through.is_empty() {
-                chosen = chosen | group.expand(through, now, quality);
+                chosen = chosen | group.expand(through, is_heartbeat, now, quality);
+                if let Some(member) = group.take_change() {
+                    // At most 256, as there are no more group numbers.
+                    let group = GroupId(number as u8);
+                    push_event(&mut self.events, RouterEvent::PathChosen(group, member));
+                }
             }
         }
         chosen

@@ -16,6 +16,7 @@ mod datagrams;
 mod forwarding;
 mod harness;
 mod learning;
+mod options;
 mod program;
 mod resync;
 mod ring;

@@ -1,9 +1,12 @@
 //! Readers that do not read, and bursts for those who do (rule 43): nobody pays for another.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
+use std::time::{Duration, Instant};
 
 use crate::harness::*;
 
+/// On a busy machine, a test may take longer than a reader is usually allowed to stall.
 const TCP: &str = "tcpin:127.0.0.1:0?name=tcp&stall_timeout=10m";
 const UDP: &str = "udpin:127.0.0.1:0?name=udp";
 
@@ -53,6 +56,22 @@ fn a_stalled_reader_does_not_stall_what_it_says_itself() {
     }
     stalled.send(command_long(GCS_2, VEHICLE));
     vehicle.expect(command_long(GCS_2, VEHICLE));
+}
+
+#[test]
+fn a_reader_that_pauses_for_less_than_its_stall_timeout_keeps_its_connection() {
+    let router = Router::start(&[TCP, UDP]);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let mut healthy = router.tcp("tcp", GCS);
+    let mut stalled = Peer::new(TcpWire::narrow_to(router.address("tcp")), GCS_2);
+    router.wait_for_link("tcp", &stalled.wire);
+    for step in 0..50 {
+        let frames: Vec<_> = (0..STEP).map(|n| bulk(VEHICLE, step * STEP + n)).collect();
+        vehicle.send(frames.concat());
+        healthy.expect_each(&frames);
+    }
+    thread::sleep(Duration::from_secs(13));
+    assert_rises_with_gaps(&stalled.meet(&mut vehicle));
 }
 
 #[test]
@@ -112,4 +131,38 @@ fn an_unreachable_tcp_server_does_not_delay_others() {
         gcs.send(command_long(GCS, VEHICLE));
         vehicle.expect(command_long(GCS, VEHICLE));
     }
+}
+
+#[test]
+fn a_flood_from_one_peer_does_not_starve_the_others() {
+    let router = Router::start(&[TCP, UDP]);
+    let mut gcs = router.udp("udp", GCS);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let mut flooder = router.tcp("tcp", OTHER);
+    // For nobody who is there, so that the flood ends in the router.
+    let flood = command_long(OTHER, Component::new(42, 1)).repeat(2000);
+    let enough = AtomicBool::new(false);
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            while !enough.load(Ordering::Relaxed) {
+                flooder.send(&flood);
+            }
+        });
+        // All of them together have the time that one may take.
+        let end = Instant::now() + PATIENCE;
+        let answered = (0..200).all(|_| answers(&mut gcs, &mut vehicle, end));
+        enough.store(true, Ordering::Relaxed);
+        assert!(answered, "two hundred answers take for ever");
+    });
+}
+
+/// A command and its acknowledgement; says whether both arrived before `end`, and never panics.
+fn answers(gcs: &mut Peer<UdpWire>, vehicle: &mut Peer<TcpWire>, end: Instant) -> bool {
+    let left = || end.saturating_duration_since(Instant::now());
+    gcs.send(command_long(GCS, VEHICLE));
+    if vehicle.try_receive(left()) != Some(command_long(GCS, VEHICLE)) {
+        return false;
+    }
+    vehicle.send(command_ack(VEHICLE, GCS));
+    gcs.try_receive(left()) == Some(command_ack(VEHICLE, GCS))
 }

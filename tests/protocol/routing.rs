@@ -81,7 +81,11 @@ fn rule_8_a_source_of_zero_is_forwarded_and_not_learned() {
     for source in [Component::new(0, 1), Component::new(1, 0)] {
         let (mut network, [radio, station]) = Network::with_links();
         assert_eq!(network.hears(radio, &attitude(source, 0)), [station]);
-        assert_eq!(network.counters(radio).invalid_sources, 1);
+        network.hears(radio, &attitude(source, 1));
+        assert_eq!(network.counters(radio).invalid_sources, 2);
+        let told = network.router.poll_event();
+        assert_eq!(told, Some(RouterEvent::InvalidSource(source, radio)), "once");
+        assert_eq!(network.router.poll_event(), None);
         assert!(network.router.table().components().is_empty());
     }
 }

@@ -6,6 +6,7 @@ use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::thread;
 
 use mavswitch::mavlink::Component;
+use rustix::pipe::fcntl_setpipe_size;
 use rustix::process::{Pid, Signal, kill_process};
 
 use super::log::Log;
@@ -32,18 +33,31 @@ impl Router {
 
     /// Starts the router and waits for nothing.
     pub(crate) fn launch(arguments: &[&str]) -> Self {
-        Self::launch_as(None, arguments)
+        Self::spawn(None, false, arguments)
+    }
+
+    /// The same with a log that holds little while nobody reads it.
+    pub(crate) fn launch_with_narrow_log(arguments: &[&str]) -> Self {
+        Self::spawn(None, true, arguments)
     }
 
     /// The same as another user, if one is given.
     pub(crate) fn launch_as(user: Option<u32>, arguments: &[&str]) -> Self {
+        Self::spawn(user, false, arguments)
+    }
+
+    fn spawn(user: Option<u32>, narrow: bool, arguments: &[&str]) -> Self {
         let mut command = Command::new(PROGRAM);
         command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         if let Some(user) = user {
             command.uid(user).gid(user);
         }
         let mut child = command.spawn().expect("the program starts");
-        let log = Log::follow(child.stderr.take().expect("its standard error"));
+        let errors = child.stderr.take().expect("its standard error");
+        if narrow {
+            fcntl_setpipe_size(&errors, 4096).expect("a small pipe");
+        }
+        let log = Log::follow(errors);
         Self { child, log, ended: false }
     }
 
