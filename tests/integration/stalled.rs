@@ -133,10 +133,11 @@ fn an_unreachable_tcp_server_does_not_delay_others() {
     }
 }
 
-/// How much of a flood may pass while one command is answered. A fair loop takes about one
-/// megabyte from each link before it looks at the others; this is no measure of time, so a busy
-/// machine does not change it.
-const FAIR: u64 = 16 << 20;
+/// How much of a flood may pass, on the average, while one command is answered. A fair loop takes
+/// one megabyte or two from each link before it looks at the others; this is no measure of time,
+/// so a busy machine does not change it.
+const FAIR: u64 = 4 << 20;
+const EXCHANGES: u64 = 200;
 
 #[test]
 fn a_flood_from_one_peer_does_not_starve_the_others() {
@@ -147,7 +148,7 @@ fn a_flood_from_one_peer_does_not_starve_the_others() {
     // For nobody who is there, so that the flood ends in the router.
     let flood = command_long(OTHER, Component::new(42, 1)).repeat(2000);
     let (flooded, enough) = (AtomicU64::new(0), AtomicBool::new(false));
-    let mut passed = Vec::new();
+    let (mut answered, mut passed) = (0, 0);
     thread::scope(|scope| {
         scope.spawn(|| {
             while !enough.load(Ordering::Relaxed) {
@@ -155,18 +156,17 @@ fn a_flood_from_one_peer_does_not_starve_the_others() {
                 flooded.fetch_add(flood.len() as u64, Ordering::Relaxed);
             }
         });
-        for _ in 0..40 {
-            let before = flooded.load(Ordering::Relaxed);
+        let before = flooded.load(Ordering::Relaxed);
+        while answered < EXCHANGES && passed < EXCHANGES * FAIR {
             if !answers(&mut gcs, &mut vehicle) {
                 break;
             }
-            passed.push(flooded.load(Ordering::Relaxed) - before);
+            answered += 1;
+            passed = flooded.load(Ordering::Relaxed) - before;
         }
         enough.store(true, Ordering::Relaxed);
     });
-    assert_eq!(passed.len(), 40, "an answer is missing");
-    let least = passed[30..].iter().min();
-    assert!(least < Some(&FAIR), "bytes of flood during each exchange: {passed:?}");
+    assert_eq!(answered, EXCHANGES, "answers came during {passed} bytes of flood");
 }
 
 /// A command and its acknowledgement; says whether both arrived, and never panics.
