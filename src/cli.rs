@@ -93,7 +93,7 @@ pub struct LogArgs {
     pub quiet: u8,
 
     /// How log lines look
-    #[arg(long, value_name = "FORMAT", default_value = "text", global = true)]
+    #[arg(long, value_name = "FORMAT", default_value = "auto", global = true)]
     pub log_format: LogFormat,
 }
 
@@ -109,11 +109,15 @@ pub enum LearnFrom {
 /// How log lines look.
 #[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
 pub enum LogFormat {
+    /// As `journal` if standard error is the journal of systemd, otherwise as `text`
+    Auto,
     /// One line of text for each event, with the time
     Text,
     /// One JSON object for each event
     Json,
-    /// One line of text without the time, for a log that adds its own
+    /// Lines with priorities and without the time, for the journal of systemd
+    Journal,
+    /// One line of text without the time, for another log that adds its own
     Plain,
 }
 

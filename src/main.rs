@@ -1,24 +1,24 @@
 //! The program: arguments in, exit status out; all else is in the library.
 
 use std::error::Error;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Parser;
-use mavswitch::cli::{Cli, Command, LogArgs, LogFormat, NOTHING_TO_JOIN, RouteArgs};
+use mavswitch::cli::{Cli, Command, NOTHING_TO_JOIN, RouteArgs};
 use mavswitch::config::{load_dialect, write_rows};
 use mavswitch::daemon::{DaemonConfig, run};
 use mavswitch::link::list_ports;
+use mavswitch::log;
 use mavswitch::mavlink::Dialect;
-use tracing::level_filters::LevelFilter;
 
 /// The exit status for a command line that cannot be used; clap has the same.
 const USAGE: u8 = 2;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    start_log(&cli.log);
+    let log_format = log::start(&cli.log);
     let outcome = match cli.command {
         Some(Command::Dialect { file }) => print_dialect(&file),
         Some(Command::Ports) => print_ports(),
@@ -31,8 +31,7 @@ fn main() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // Nothing can be done if even that cannot be said.
-            let _ = writeln!(io::stderr(), "mavswitch: {error}");
+            log::fail(log_format, error.as_ref());
             ExitCode::FAILURE
         }
     }
@@ -67,24 +66,4 @@ fn print_ports() -> Result<(), Box<dyn Error>> {
         println!("{port}");
     }
     Ok(())
-}
-
-fn start_log(args: &LogArgs) {
-    let level = match (args.verbose, args.quiet) {
-        (0, 0) => LevelFilter::INFO,
-        (1, _) => LevelFilter::DEBUG,
-        (_, 1) => LevelFilter::WARN,
-        (0, _) => LevelFilter::ERROR,
-        _ => LevelFilter::TRACE,
-    };
-    let builder = tracing_subscriber::fmt()
-        .with_max_level(level)
-        .with_target(false)
-        .with_ansi(io::stderr().is_terminal())
-        .with_writer(io::stderr);
-    match args.log_format {
-        LogFormat::Text => builder.init(),
-        LogFormat::Json => builder.json().init(),
-        LogFormat::Plain => builder.without_time().init(),
-    }
 }

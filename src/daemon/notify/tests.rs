@@ -2,7 +2,10 @@
 
 use super::*;
 
-const START: Time = Time::from_millis(0);
+const START: Time = Time::ZERO;
+
+/// Names and values.
+type Variables<'a> = &'a [(&'a str, &'a str)];
 
 /// A service manager, at an abstract address of its own.
 struct Manager {
@@ -19,7 +22,7 @@ impl Manager {
         Self { socket, name }
     }
 
-    fn notifier(&self, more: &[(&str, &str)]) -> Notifier {
+    fn notifier(&self, more: Variables<'_>) -> Notifier {
         let path = format!("@{}", self.name);
         let mut variables = vec![("NOTIFY_SOCKET", path.as_str())];
         variables.extend(more);
@@ -34,7 +37,7 @@ impl Manager {
     }
 }
 
-fn notifier(variables: &[(&str, &str)]) -> Notifier {
+fn notifier(variables: Variables<'_>) -> Notifier {
     let find = |name: &str| variables.iter().find(|(other, _)| *other == name);
     Notifier::from_variables(|name| find(name).map(|(_, value)| value.into()))
 }
@@ -82,7 +85,7 @@ fn the_watchdog_is_fed_at_half_its_period() {
 #[test]
 fn a_watchdog_for_somebody_else_or_without_a_time_is_none() {
     let own = std::process::id().to_string();
-    let cases: [(&[(&str, &str)], Option<u64>); 7] = [
+    let cases: [(Variables<'_>, Option<u64>); 7] = [
         (&[], None),
         (&[("WATCHDOG_USEC", "0")], None),
         (&[("WATCHDOG_USEC", "soon")], None),

@@ -37,11 +37,17 @@ impl Router {
 
     /// The same as another user, if one is given.
     pub(crate) fn launch_as(user: Option<u32>, arguments: &[&str]) -> Self {
+        Self::launch_in(arguments, |command| {
+            user.map(|user| command.uid(user).gid(user));
+        })
+    }
+
+    /// The same in surroundings of which `prepare` says more.
+    pub(crate) fn launch_in(arguments: &[&str], prepare: impl FnOnce(&mut Command)) -> Self {
         let mut command = Command::new(PROGRAM);
         command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
-        if let Some(user) = user {
-            command.uid(user).gid(user);
-        }
+        without_manager(&mut command);
+        prepare(&mut command);
         let mut child = command.spawn().expect("the program starts");
         let log = Log::follow(child.stderr.take().expect("its standard error"));
         Self { child, log, ended: false }
@@ -182,12 +188,20 @@ impl Drop for Router {
 pub(crate) fn run(arguments: &[&str]) -> Output {
     let mut command = Command::new(PROGRAM);
     command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    without_manager(&mut command);
     let mut child = Guard(command.spawn().expect("the program starts"));
     let errors = Log::follow(child.0.stderr.take().expect("its standard error"));
     let output = Log::follow(child.0.stdout.take().expect("its standard output"));
     let (stderr, stdout) = (errors.wait_for_end(), output.wait_for_end());
     let status = child.0.wait().expect("the program's end");
     Output { status, stdout: stdout.into_bytes(), stderr: stderr.into_bytes() }
+}
+
+/// Whoever runs the tests may be a service, and what its manager told it is not for the program.
+fn without_manager(command: &mut Command) {
+    ["NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID", "JOURNAL_STREAM"].iter().for_each(|name| {
+        command.env_remove(name);
+    });
 }
 
 /// Nobody outlives the test that started it.
