@@ -12,3 +12,4 @@ mod harness;
 mod journal;
 mod manager;
 mod notify;
+mod unit;
