@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
 
 use crate::config::EndpointConfig;
 use crate::routing::{Learn, RouterOptions};
@@ -39,6 +40,12 @@ pub enum Command {
     },
     /// List the serial ports of this computer: what each one is, and whether you may open it
     Ports,
+    /// Print what a shell needs to complete command lines, for its directory of completions
+    Completions {
+        /// Which shell
+        #[arg(value_name = "SHELL")]
+        shell: Shell,
+    },
 }
 
 /// What to route, and how.

@@ -5,7 +5,8 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
+use clap_complete::Shell;
 use mavswitch::cli::{Cli, Command, NOTHING_TO_JOIN, RouteArgs};
 use mavswitch::config::{load_dialect, write_rows};
 use mavswitch::daemon::{DaemonConfig, run};
@@ -22,6 +23,7 @@ fn main() -> ExitCode {
     let outcome = match cli.command {
         Some(Command::Dialect { file }) => print_dialect(&file),
         Some(Command::Ports) => print_ports(),
+        Some(Command::Completions { shell }) => print_completions(shell),
         None if cli.route.endpoints.is_empty() => {
             let _ = writeln!(io::stderr(), "{NOTHING_TO_JOIN}");
             return ExitCode::from(USAGE);
@@ -50,11 +52,9 @@ fn route(args: RouteArgs) -> Result<(), Box<dyn Error>> {
 fn print_dialect(file: &Path) -> Result<(), Box<dyn Error>> {
     let definitions = load_dialect(file)?;
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
-    match write_rows(&definitions, &name, &mut io::stdout().lock()) {
-        // Whoever reads has read enough, as `head` does.
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        outcome => Ok(outcome?),
-    }
+    let mut rows = Vec::new();
+    write_rows(&definitions, &name, &mut rows)?;
+    print(&rows)
 }
 
 fn print_ports() -> Result<(), Box<dyn Error>> {
@@ -66,4 +66,19 @@ fn print_ports() -> Result<(), Box<dyn Error>> {
         println!("{port}");
     }
     Ok(())
+}
+
+fn print_completions(shell: Shell) -> Result<(), Box<dyn Error>> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "mavswitch", &mut script);
+    print(&script)
+}
+
+/// Writes to standard output, to whoever still reads.
+fn print(text: &[u8]) -> Result<(), Box<dyn Error>> {
+    match io::stdout().lock().write_all(text) {
+        // Whoever reads has read enough, as `head` does.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        outcome => Ok(outcome?),
+    }
 }
