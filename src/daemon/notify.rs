@@ -12,7 +12,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::time::Duration;
 
-use tracing::{debug, warn};
+use tracing::{trace, warn};
 
 use crate::routing::Time;
 
@@ -148,7 +148,7 @@ impl Target {
     }
 
     fn send(&mut self, message: &str) -> Outcome {
-        debug!("to the service manager: {}", message.replace('\n', ", "));
+        trace!("to the service manager: {}", message.replace('\n', ", "));
         match self.socket.send_to_addr(message.as_bytes(), &self.address) {
             Ok(_) => self.is_failing = false,
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => return Outcome::Busy,
