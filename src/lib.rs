@@ -7,12 +7,13 @@
 //!   is an argument.
 //! - [`link`]: the sockets and serial ports that carry the bytes; the only room with `unsafe`.
 //! - [`config`]: what the user writes; [`cli`]: the command line itself.
-//! - [`daemon`]: the poll loop that joins it all; [`log`]: what its log looks like.
+//! - [`check`]: what can be said of a configuration before it is used.
+//! - [`daemon`]: the poll loop that joins it all.
 
+pub mod check;
 pub mod cli;
 pub mod config;
 pub mod daemon;
 pub mod link;
-pub mod log;
 pub mod mavlink;
 pub mod routing;

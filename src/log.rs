@@ -3,54 +3,77 @@
 //! Under systemd, standard error is the journal, which keeps times and priorities itself: there a
 //! line opens with its priority as sd-daemon(3) has it, and carries no time.
 
-use std::error::Error;
 use std::fmt;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 
+use mavswitch::config::{General, LogFormat, LogLevel};
 use tracing::level_filters::LevelFilter;
 use tracing::{Event, Level, Subscriber};
+use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
 use tracing_subscriber::fmt::format::Writer;
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
 use tracing_subscriber::registry::LookupSpan;
 
-use crate::cli::{LogArgs, LogFormat};
+/// How many lines wait while nobody reads the log.
+const LINES: usize = 1_024;
 
-/// Writes events to standard error from now on. What this gives is never [`LogFormat::Auto`].
-pub fn start(args: &LogArgs) -> LogFormat {
-    let level = match (args.verbose, args.quiet) {
-        (0, 0) => LevelFilter::INFO,
-        (1, _) => LevelFilter::DEBUG,
-        (_, 1) => LevelFilter::WARN,
-        (0, _) => LevelFilter::ERROR,
-        _ => LevelFilter::TRACE,
-    };
-    let builder = tracing_subscriber::fmt()
-        .with_max_level(level)
-        .with_target(false)
-        .with_ansi(io::stderr().is_terminal())
-        .with_writer(io::stderr);
-    let format = match args.log_format {
+/// The log of the whole program. A thread writes it, so that a reader who sleeps holds up nobody:
+/// lines that nobody takes in time are left out. What is left is written when this is dropped.
+pub(crate) struct Log {
+    format: LogFormat,
+    _writer: WorkerGuard,
+}
+
+impl Log {
+    /// Writes events to standard error from now on.
+    ///
+    /// # Panics
+    ///
+    /// If it has been started before.
+    pub(crate) fn start(general: &General) -> Self {
+        let (writer, guard) = NonBlockingBuilder::default()
+            .lossy(true)
+            .buffered_lines_limit(LINES)
+            .finish(io::stderr());
+        let builder = tracing_subscriber::fmt()
+            .with_max_level(level(general.log_level))
+            .with_target(false)
+            .with_ansi(io::stderr().is_terminal())
+            // Its only words would go where the log itself cannot go.
+            .log_internal_errors(false)
+            .with_writer(writer);
+        let format = resolved(general.log_format);
+        match format {
+            LogFormat::Auto | LogFormat::Text => builder.init(),
+            LogFormat::Json => builder.json().init(),
+            LogFormat::Journal => builder.event_format(JournalFormat).init(),
+            LogFormat::Plain => builder.without_time().init(),
+        }
+        Self { format, _writer: guard }
+    }
+
+    /// Whether programs read it: then the reason why the program ends is one more event.
+    pub(crate) fn is_for_programs(&self) -> bool {
+        matches!(self.format, LogFormat::Json | LogFormat::Journal)
+    }
+}
+
+fn level(level: LogLevel) -> LevelFilter {
+    match level {
+        LogLevel::Error => LevelFilter::ERROR,
+        LogLevel::Warn => LevelFilter::WARN,
+        LogLevel::Info => LevelFilter::INFO,
+        LogLevel::Debug => LevelFilter::DEBUG,
+        LogLevel::Trace => LevelFilter::TRACE,
+    }
+}
+
+/// What [`LogFormat::Auto`] stands for here.
+fn resolved(format: LogFormat) -> LogFormat {
+    match format {
         LogFormat::Auto if is_journal() => LogFormat::Journal,
         LogFormat::Auto => LogFormat::Text,
         chosen => chosen,
-    };
-    match format {
-        LogFormat::Auto | LogFormat::Text => builder.init(),
-        LogFormat::Json => builder.json().init(),
-        LogFormat::Journal => builder.event_format(JournalFormat).init(),
-        LogFormat::Plain => builder.without_time().init(),
-    }
-    format
-}
-
-/// Says why the program ends: to a person, or as the last event of a log that a program reads.
-pub fn fail(format: LogFormat, error: &dyn Error) {
-    match format {
-        LogFormat::Json | LogFormat::Journal => tracing::error!("{error}"),
-        LogFormat::Auto | LogFormat::Text | LogFormat::Plain => {
-            // Nothing can be done if even that cannot be said.
-            let _ = writeln!(io::stderr(), "mavswitch: {error}");
-        }
     }
 }
 
@@ -94,6 +117,7 @@ fn priority(level: Level) -> u8 {
 
 #[cfg(test)]
 mod tests {
+    use std::io::Write;
     use std::sync::{Arc, Mutex};
 
     use super::*;

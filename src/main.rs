@@ -1,84 +1,158 @@
-//! The program: arguments in, exit status out; all else is in the library.
+//! The program: arguments in, exit status out; all else but the log is in the library.
+
+mod log;
 
 use std::error::Error;
+use std::fmt::Display;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{self, Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
 use clap_complete::Shell;
-use mavswitch::cli::{Cli, Command, NOTHING_TO_JOIN, RouteArgs};
-use mavswitch::config::{load_dialect, write_rows};
+use mavswitch::check::{check, explain};
+use mavswitch::cli::{Cli, Command, NOTHING_TO_JOIN, config_files};
+use mavswitch::config::{CONFIG_DIR, Config, load_config, load_dialect, write_rows};
 use mavswitch::daemon::{DaemonConfig, run};
 use mavswitch::link::list_ports;
-use mavswitch::log;
 use mavswitch::mavlink::Dialect;
 
-/// The exit status for a command line that cannot be used; clap has the same.
+use crate::log::Log;
+
+/// The exit status for a command line or a configuration that cannot be used; clap has the same.
+/// To start again would not help, and a service manager can tell by it.
 const USAGE: u8 = 2;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    let log_format = log::start(&cli.log);
-    let outcome = match cli.command {
-        Some(Command::Dialect { file }) => print_dialect(&file),
+    let outcome = match &cli.command {
+        Some(Command::Dialect { file }) => print_dialect(file),
         Some(Command::Ports) => print_ports(),
-        Some(Command::Completions { shell }) => print_completions(shell),
-        None if cli.route.endpoints.is_empty() => {
-            let _ = writeln!(io::stderr(), "{NOTHING_TO_JOIN}");
-            return ExitCode::from(USAGE);
-        }
-        None => route(cli.route),
+        Some(Command::Check { file }) => check_config(file.as_deref()),
+        Some(Command::Config(_)) => print_config(&cli),
+        Some(Command::Completions { shell }) => print_completions(*shell),
+        None => match cli.config() {
+            Ok(config) if config.endpoints.is_empty() => {
+                let _ = writeln!(io::stderr(), "{NOTHING_TO_JOIN}");
+                return ExitCode::from(USAGE);
+            }
+            Ok(config) => return route(config),
+            Err(error) => {
+                complain(&error);
+                return ExitCode::from(USAGE);
+            }
+        },
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            log::fail(log_format, error.as_ref());
+            complain(&error);
             ExitCode::FAILURE
         }
     }
 }
 
-fn route(args: RouteArgs) -> Result<(), Box<dyn Error>> {
+/// Says on standard error what is wrong.
+fn complain(error: &dyn Display) {
+    for line in error.to_string().lines() {
+        // Nothing can be done if even that cannot be said.
+        let _ = writeln!(io::stderr(), "mavswitch: {line}");
+    }
+}
+
+fn route(config: Config) -> ExitCode {
+    let log = Log::start(&config.general);
+    match join(config) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            if log.is_for_programs() {
+                tracing::error!("{error}");
+            } else {
+                // What is left of the log is written before the last word.
+                drop(log);
+                complain(&error);
+            }
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Joins the endpoints until a signal ends it.
+fn join(config: Config) -> Result<(), Box<dyn Error>> {
     let mut dialect = Dialect::builtin();
-    for file in &args.dialect {
+    for file in &config.general.dialect {
         dialect.add(load_dialect(file)?)?;
     }
-    let router = args.router_options();
+    let router = config.general.router;
+    let endpoints = config.endpoints.into_iter().map(|endpoint| endpoint.config).collect();
     tracing::info!("mavswitch {} starting", env!("CARGO_PKG_VERSION"));
-    Ok(run(DaemonConfig { endpoints: args.endpoints, router, dialect })?)
+    Ok(run(DaemonConfig { endpoints, router, dialect })?)
 }
 
-fn print_dialect(file: &Path) -> Result<(), Box<dyn Error>> {
-    let definitions = load_dialect(file)?;
-    let name = file.file_stem().unwrap_or_default().to_string_lossy();
-    let mut rows = Vec::new();
-    write_rows(&definitions, &name, &mut rows)?;
-    print(&rows)
-}
-
-fn print_ports() -> Result<(), Box<dyn Error>> {
-    let ports = list_ports();
-    if ports.is_empty() {
-        println!("no serial ports (is the cable in, and does it carry data?)");
+/// Tells what a configuration means on standard output, and what is to be said of it on standard
+/// error.
+fn check_config(file: Option<&Path>) -> Result<(), Box<dyn Error>> {
+    let files = config_files(file)?;
+    let config = load_config(&files)?;
+    print(explain(&config).as_bytes())?;
+    let findings = check(&config);
+    for finding in &findings {
+        complain(finding);
     }
-    for port in &ports {
-        println!("{port}");
+    let wrong = findings.iter().filter(|finding| finding.is_wrong).count();
+    match wrong {
+        0 => print(format!("{}: right\n", names(&files)).as_bytes()),
+        _ => Err(format!("{}: cannot be used", names(&files)).into()),
     }
-    Ok(())
 }
 
-fn print_completions(shell: Shell) -> Result<(), Box<dyn Error>> {
-    let mut script = Vec::new();
-    clap_complete::generate(shell, &mut Cli::command(), "mavswitch", &mut script);
-    print(&script)
+fn names(files: &[PathBuf]) -> String {
+    let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+    if names.is_empty() { format!("{CONFIG_DIR} (no files)") } else { names.join(", ") }
 }
 
-/// Writes to standard output, to whoever still reads.
+fn print_config(cli: &Cli) -> Result<(), Box<dyn Error>> {
+    let mut config = cli.config()?;
+    for file in &mut config.general.dialect {
+        // In a file, names are relative to the file.
+        *file = path::absolute(&*file)?;
+    }
+    print(config.to_string().as_bytes())
+}
+
+/// Writes to standard output.
 fn print(text: &[u8]) -> Result<(), Box<dyn Error>> {
     match io::stdout().lock().write_all(text) {
         // Whoever reads has read enough, as `head` does.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         outcome => Ok(outcome?),
     }
+}
+
+fn print_dialect(file: &Path) -> Result<(), Box<dyn Error>> {
+    let definitions = load_dialect(file)?;
+    let name = file.file_stem().unwrap_or_default().to_string_lossy();
+    match write_rows(&definitions, &name, &mut io::stdout().lock()) {
+        // Whoever reads has read enough, as `head` does.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        outcome => Ok(outcome?),
+    }
+}
+
+fn print_ports() -> Result<(), Box<dyn Error>> {
+    let ports = list_ports();
+    let mut lines: Vec<String> = ports.iter().map(ToString::to_string).collect();
+    if ports.is_empty() {
+        lines.push("no serial ports (is the cable in, and does it carry data?)".to_owned());
+    }
+    match writeln!(io::stdout(), "{}", lines.join("\n")) {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        outcome => Ok(outcome?),
+    }
+}
+
+fn print_completions(shell: Shell) -> Result<(), Box<dyn Error>> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "mavswitch", &mut script);
+    print(&script)
 }

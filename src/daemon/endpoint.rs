@@ -1,6 +1,7 @@
 //! Endpoints as the loop sees them: what of them is open, and what happens next.
 
 use std::collections::HashMap;
+use std::io;
 use std::net::SocketAddr;
 use std::time::Duration;
 
@@ -30,15 +31,21 @@ pub(super) struct Endpoint {
     /// Which of several baud rates is in use, and whether frames were heard at it.
     pub(super) baud: usize,
     pub(super) baud_is_proven: bool,
+    /// Whether it was told that no frame comes.
+    pub(super) silence_is_told: bool,
     /// Where it was opened, and what its sockets depend on.
     pub(super) address: Option<SocketAddr>,
     pub(super) bound: Bound,
     /// What its host means, and which of these addresses comes next.
     pub(super) addresses: Vec<SocketAddr>,
     pub(super) next_address: usize,
+    /// Whether the resolver owes an answer: one question at a time.
+    pub(super) is_asking: bool,
     pub(super) log: LogLimit,
     /// The failure that was last told, so that it is told once and not at every try.
-    pub(super) told: Option<String>,
+    pub(super) told: Option<(String, io::ErrorKind)>,
+    /// Why the last datagram could not be sent.
+    pub(super) unsendable: Option<io::ErrorKind>,
 }
 
 /// What the sockets of an endpoint are bound to besides their addresses.
@@ -185,12 +192,15 @@ impl Endpoint {
             membership: None,
             baud: 0,
             baud_is_proven: false,
+            silence_is_told: false,
             address: None,
             bound: Bound::Nothing,
             addresses: Vec::new(),
             next_address: 0,
+            is_asking: false,
             log: LogLimit::new(now),
             told: None,
+            unsendable: None,
         }
     }
 

@@ -53,13 +53,14 @@ pub(super) struct Daemon {
     /// Links that stopped in the middle of a frame.
     pub(super) unfinished: LinkSet,
     /// Links whose [`Timer::Pace`] is set.
-    pace_timers: LinkSet,
+    pub(super) pace_timers: LinkSet,
     /// Links whose [`Timer::Stall`] is set.
-    stall_timers: LinkSet,
+    pub(super) stall_timers: LinkSet,
     /// Where a datagram of somebody unknown stands while it is looked at.
     pub(super) stranger: Vec<u8>,
     pub(super) component_log: LogLimit,
     pub(super) notifier: Notifier,
+    pub(super) unrouted_log: LogLimit,
 }
 
 /// Something that has more to read.
@@ -107,7 +108,7 @@ impl Meaning {
     }
 }
 
-/// Opens all endpoints, and moves frames between them until SIGINT or SIGTERM comes.
+/// Opens all endpoints, and moves frames between them until SIGINT, SIGTERM or SIGHUP comes.
 ///
 /// # Errors
 ///
@@ -147,6 +148,7 @@ impl Daemon {
             stranger: Vec::new(),
             component_log: LogLimit::new(now),
             notifier: Notifier::from_environment(),
+            unrouted_log: LogLimit::new(now),
         })
     }
 
@@ -179,7 +181,8 @@ impl Daemon {
         self.turn(events, Some(Duration::ZERO))?;
         while self.clock() < end && self.has_backlog() {
             let left = end.since(self.clock());
-            self.turn(events, Some(left))?;
+            let wait = self.timeout().map_or(left, |due| due.min(left));
+            self.turn(events, Some(wait))?;
         }
         Ok(())
     }
@@ -207,7 +210,10 @@ impl Daemon {
             stop |= self.handle_event(event);
         }
         for source in leftover {
-            self.receive_more(source);
+            // Whoever had an event as well has been read already, and shall not be read twice.
+            if !self.ready.contains(&source) {
+                self.receive_more(source);
+            }
         }
         self.handle_timers();
         let dirty = self.router.take_dirty();

@@ -11,7 +11,7 @@ use super::event_loop::Daemon;
 use super::open::{OpenError, socket_address};
 use super::timers::Timer;
 use crate::config::Host;
-use crate::link::{Stream, tune};
+use crate::link::{Stream, interface_index, tune};
 use crate::routing::LinkId;
 
 /// How long a TCP connection may take to be made.
@@ -55,6 +55,10 @@ impl Daemon {
     }
 
     fn open_at(&mut self, index: usize, address: SocketAddr) -> Result<(), OpenError> {
+        if let Some(device) = &self.io.endpoints[index].config.options.dev {
+            let action = format!("use the network interface {device}");
+            interface_index(device).map_err(|error| OpenError { action, error })?;
+        }
         self.open_socket(index, address)?;
         let endpoint = &self.io.endpoints[index];
         match endpoint.state {
@@ -73,9 +77,11 @@ impl Daemon {
             return Ok(());
         };
         let action = format!("resolve {name}");
-        self.resolver
-            .ask(index, name.clone(), host_port.port)
-            .map_err(|error| OpenError { action, error })?;
+        if !endpoint.is_asking {
+            let asked = self.resolver.ask(index, name.clone(), host_port.port);
+            asked.map_err(|error| OpenError { action, error })?;
+            endpoint.is_asking = true;
+        }
         endpoint.state = State::Resolving;
         Ok(())
     }
@@ -99,7 +105,7 @@ impl Daemon {
             }
             State::Up(link) => {
                 let link = *link;
-                self.check_baud(index, link);
+                self.check_serial(index, link);
             }
             State::Listening(..) | State::Datagrams(_) => self.look_after(index),
             State::Resolving => {}
@@ -112,7 +118,7 @@ impl Daemon {
         let State::Connecting(stream, address) = &endpoint.state else {
             return;
         };
-        let address = *address;
+        let (address, patience) = (*address, endpoint.config.options.stall_timeout);
         let outcome = match stream.take_error() {
             Ok(Some(error)) | Err(error) => Err(error),
             // Not yet: an event for another reason.
@@ -126,7 +132,7 @@ impl Daemon {
         };
         let outcome = outcome
             .and_then(|()| self.poll.registry().deregister(&mut stream))
-            .and_then(|()| tune(&stream))
+            .and_then(|()| tune(&stream, patience))
             .and_then(|()| self.add_stream(index, address.to_string(), Stream::Tcp(stream)));
         match outcome {
             Ok(link) => self.set_open(index, State::Up(link)),
@@ -149,10 +155,12 @@ impl Daemon {
     pub(super) fn try_later(&mut self, index: usize, OpenError { action, error }: OpenError) {
         let endpoint = &mut self.io.endpoints[index];
         endpoint.state = State::Waiting;
-        let text = format!("cannot {action}: {error}; waiting for it");
-        if endpoint.told.as_ref() != Some(&text) {
-            endpoint.told = Some(text.clone());
-            self.warn(index, &text);
+        // Several addresses that fail in turn for the same reason are one failure.
+        let verb = action.split(' ').next().unwrap_or_default().to_owned();
+        let failure = Some((verb, error.kind()));
+        if endpoint.told != failure {
+            endpoint.told = failure;
+            self.warn(index, &format!("cannot {action}: {error}; waiting for it"));
         }
         self.try_again(index);
     }

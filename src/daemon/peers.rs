@@ -10,7 +10,7 @@ use super::links::{Link, Output, StreamOutput};
 use super::timers::Timer;
 use crate::link::{Stream, tune};
 use crate::mavlink::Splitter;
-use crate::routing::LinkId;
+use crate::routing::{LinkId, MAX_LINKS};
 use mio::Interest;
 use mio::event::Source;
 use mio::net::TcpStream;
@@ -69,7 +69,10 @@ impl Daemon {
         if let Some(Link { output: Output::Stream(output), .. }) = self.io.links.get_mut(id) {
             let interest = Interest::READABLE | Interest::WRITABLE;
             let token = Meaning::Link(id).token();
-            output.stream.register(self.poll.registry(), token, interest)?;
+            if let Err(error) = output.stream.register(self.poll.registry(), token, interest) {
+                self.close_link(id, &error.to_string());
+                return Err(error);
+            }
         }
         Ok(id)
     }
@@ -82,7 +85,7 @@ impl Daemon {
         }
         let output = Output::Datagrams(source);
         let Some(link) = self.add_link(index, source.to_string(), output) else {
-            self.say_refused(index, source);
+            self.warn(index, &format!("{source} refused: there are {MAX_LINKS} links already"));
             return Admission::Refused;
         };
         let endpoint = &mut self.io.endpoints[index];
@@ -131,7 +134,7 @@ impl Daemon {
 
     fn say_refused(&mut self, index: usize, peer: SocketAddr) {
         let max = self.io.endpoints[index].options().max_peers;
-        let reason = format!("there are {max} peers already (raise max_peers)");
+        let reason = format!("it has {max} peers already (raise max_peers)");
         self.warn(index, &format!("{peer} refused: {reason}"));
     }
 
@@ -179,7 +182,8 @@ impl Daemon {
     }
 
     fn handle_connection(&mut self, index: usize, stream: TcpStream, peer: SocketAddr) {
-        let max_peers = usize::from(self.io.endpoints[index].options().max_peers);
+        let options = self.io.endpoints[index].options();
+        let (max_peers, patience) = (usize::from(options.max_peers), options.stall_timeout);
         let State::Listening(_, count) = &self.io.endpoints[index].state else {
             return;
         };
@@ -187,7 +191,7 @@ impl Daemon {
             // Dropped, and so closed.
             return self.say_refused(index, peer);
         }
-        let added = tune(&stream)
+        let added = tune(&stream, patience)
             .and_then(|()| self.add_stream(index, peer.to_string(), Stream::Tcp(stream)));
         match added {
             Ok(_) => {
@@ -222,10 +226,17 @@ impl Daemon {
         let Some(mut link) = self.io.links.remove(id) else {
             return;
         };
-        self.report_link(id, &link);
+        let now = self.now;
+        let is_told = tracing::enabled!(tracing::Level::DEBUG)
+            && self.io.endpoints[link.endpoint].log.permit(now).is_some();
+        if is_told {
+            self.report_link(id, &link);
+        }
         let heard = self.router.counters(id).is_some_and(|counters| counters.frames_in > 0);
         self.router.remove_link(id);
         self.unfinished.remove(id);
+        self.pace_timers.remove(id);
+        self.stall_timers.remove(id);
         self.ready.retain(|ready| *ready != Ready::Link(id));
         if let Output::Stream(output) = &mut link.output {
             // Closing it would do; this keeps the system from telling of it once more.

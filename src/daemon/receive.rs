@@ -13,8 +13,9 @@ use crate::link::{BATCH, Stream};
 use crate::mavlink::{Input, Splitter};
 use crate::routing::LinkId;
 
-/// How many reads a stream gets in one turn, of up to 64 KiB each; a socket as many batches.
-const READS: usize = 4;
+/// How many batches a UDP socket may read in one turn. A stream reads once, up to 64 KiB: long
+/// enough to be worth the turn, short enough that a flood keeps nobody waiting.
+const BATCHES: usize = 2;
 
 /// How long a link may stop in the middle of a frame before complete frames are looked for behind
 /// the start of it (rule 18).
@@ -35,32 +36,29 @@ impl Daemon {
 
     /// Reads a stream and routes what it says.
     pub(super) fn receive_stream(&mut self, id: LinkId) {
-        for _ in 0..READS {
-            let Some(link) = self.io.links.get_mut(id) else {
-                return;
-            };
-            let Output::Stream(output) = &mut link.output else {
-                return;
-            };
-            let buffer = self.inbox.stream_buffer();
-            match output.stream.read(buffer) {
-                Ok(0) => return self.handle_end(id),
-                Ok(received) => {
-                    // TCP says by a short read that there is no more, unless its end is near. A
-                    // serial driver hands out what it has, and may have more.
-                    let is_tcp = matches!(output.stream, Stream::Tcp(_));
-                    let drained = received < buffer.len() && is_tcp && !output.read_closed;
-                    self.route(id, 0, received, Input::Flowing);
-                    if drained {
-                        return;
-                    }
+        let Some(link) = self.io.links.get_mut(id) else { return };
+        let Output::Stream(output) = &mut link.output else { return };
+        let buffer = self.inbox.stream_buffer();
+        match output.stream.read(buffer) {
+            Ok(0) => self.handle_end(id),
+            Ok(received) => {
+                // TCP says by a short read that there is no more, unless its end is near. A serial
+                // driver hands out what it has, and may have more.
+                let is_tcp = matches!(output.stream, Stream::Tcp(_));
+                let drained = received < buffer.len() && is_tcp && !output.read_closed;
+                self.route(id, 0, received, Input::Flowing);
+                if !drained {
+                    self.ready.push(Ready::Link(id));
                 }
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
-                Err(error) => return self.close_later(id, &error.to_string()),
             }
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {
+                self.ready.push(Ready::Link(id));
+            }
+            // What a driver says of a plug that was pulled is no help to anybody.
+            Err(_) if matches!(output.stream, Stream::Serial(_)) => self.handle_end(id),
+            Err(error) => self.close_later(id, &error.to_string()),
         }
-        self.ready.push(Ready::Link(id));
     }
 
     /// The stream has come to its end: what stands behind an unfinished frame is routed yet.
@@ -85,7 +83,7 @@ impl Daemon {
 
     /// Reads one of the two sockets that an endpoint may have; says whether it is empty now.
     fn receive_batches(&mut self, index: usize, group: bool) -> bool {
-        for _ in 0..READS {
+        for _ in 0..BATCHES {
             let State::Datagrams(port) = &self.io.endpoints[index].state else {
                 return true;
             };
@@ -102,9 +100,11 @@ impl Daemon {
                     }
                 }
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => return true,
-                // An ICMP message that an earlier datagram brought about, or a signal: the next
-                // call finds the next datagram.
-                Err(_) => {}
+                Err(error) if is_of_datagram(&error) => {}
+                Err(error) => {
+                    self.warn(index, &format!("cannot receive: {error}"));
+                    return true;
+                }
             }
         }
         false
@@ -127,7 +127,7 @@ impl Daemon {
                 self.route(link, slot, len, Input::Paused);
             }
             // What we send to everybody comes back to us as well.
-            Role::Shared { own, .. } if source == *own => {}
+            Role::Shared { own, .. } if (source.ip(), source.port()) == (own.ip(), own.port()) => {}
             Role::Shared { .. } => self.handle_shared(index, slot, source, to_group),
             Role::Sender { .. } => {}
         }
@@ -227,4 +227,11 @@ impl Daemon {
             }
         }
     }
+}
+
+/// Whether receiving failed for what an earlier datagram brought about, or for a signal: the next
+/// call finds the next datagram.
+fn is_of_datagram(error: &io::Error) -> bool {
+    use io::ErrorKind::{ConnectionRefused, HostUnreachable, Interrupted, NetworkUnreachable};
+    matches!(error.kind(), ConnectionRefused | HostUnreachable | Interrupted | NetworkUnreachable)
 }

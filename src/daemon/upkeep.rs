@@ -12,7 +12,7 @@ use super::event_loop::Daemon;
 use super::links::Output;
 use super::open::{OpenError, own_address};
 use crate::config::{Address, Host, HostPort};
-use crate::link::{Resolved, interface_index};
+use crate::link::{Resolved, interface_index, join_multicast};
 use crate::routing::LinkId;
 
 /// How often a name is asked for again while its address is in use.
@@ -44,7 +44,7 @@ impl Daemon {
         match config.address {
             Address::Multicast(_) => {
                 let any = super::open::any_address(address);
-                Ok(Bound::Source(own_address(address, any)?))
+                Ok(Bound::Source(own_address(address, any, None)?))
             }
             _ => Ok(Bound::Nothing),
         }
@@ -76,17 +76,36 @@ impl Daemon {
             match self.bound_to(index, address) {
                 Ok(bound) if bound == self.io.endpoints[index].bound => {}
                 Ok(_) => return self.reopen(index, io::Error::other("the interface has changed")),
+                // Short of descriptors: that says nothing of the interface.
+                Err(error) if is_shortage(&error) => {}
                 Err(error) => return self.reopen(index, error),
             }
         }
+        self.rejoin(index);
         if let State::Listening(..) = self.io.endpoints[index].state {
             self.accept(index);
-        } else if let Some((name, port)) = self.host_name(index) {
+        } else if let Address::UdpOut(_) = self.io.endpoints[index].config.address
+            && let Some((name, port)) = self.host_name(index)
+            && !std::mem::replace(&mut self.io.endpoints[index].is_asking, true)
+        {
             // If there is no thread for it now, the next time will do.
-            let _ = self.resolver.ask(index, name, port);
+            let asked = self.resolver.ask(index, name, port);
+            self.io.endpoints[index].is_asking = asked.is_ok();
         }
         if self.io.endpoints[index].deadline.is_none() {
             self.set_upkeep_deadline(index);
+        }
+    }
+
+    /// Joins a multicast group once more: an interface that went away has taken the membership with
+    /// it. As long as it is there, the system refuses to join twice.
+    fn rejoin(&self, index: usize) {
+        let endpoint = &self.io.endpoints[index];
+        if let State::Datagrams(port) = &endpoint.state
+            && let (Some(socket), Some(group)) = (&port.group_socket, endpoint.address)
+            && let Bound::Source(_) = endpoint.bound
+        {
+            let _ = join_multicast(socket, group.ip(), 0);
         }
     }
 
@@ -96,7 +115,10 @@ impl Daemon {
         let is_its =
             |link: &LinkId| self.io.links.get(*link).is_some_and(|link| link.endpoint == index);
         let its: Vec<LinkId> = links.iter().filter(is_its).collect();
-        self.io.endpoints[index].state = State::Waiting;
+        let endpoint = &mut self.io.endpoints[index];
+        endpoint.state = State::Waiting;
+        endpoint.addresses.clear();
+        endpoint.next_address = 0;
         for link in its {
             self.close_link(link, &error.to_string());
         }
@@ -120,6 +142,7 @@ impl Daemon {
     /// Takes what the resolver found out.
     pub(super) fn handle_answers(&mut self) {
         while let Some(Resolved { asker, addresses }) = self.resolver.poll() {
+            self.io.endpoints[asker].is_asking = false;
             match addresses {
                 Ok(addresses) if !addresses.is_empty() => self.handle_addresses(asker, addresses),
                 Ok(_) => self.handle_unresolved(asker, io::Error::other("it has no address")),
@@ -167,4 +190,10 @@ impl Daemon {
             link.output = Output::Datagrams(*new);
         }
     }
+}
+
+/// Whether the system was only short of something when it was asked.
+fn is_shortage(error: &io::Error) -> bool {
+    let shortages = [libc::EMFILE, libc::ENFILE, libc::ENOMEM, libc::ENOBUFS];
+    error.raw_os_error().is_some_and(|code| shortages.contains(&code))
 }

@@ -10,9 +10,8 @@ use socket2::{Domain, Protocol, SockRef, Socket, TcpKeepalive, Type};
 /// How many connections wait to be accepted.
 const BACKLOG: i32 = 128;
 
-/// A dead peer is noticed after about this time without an answer, whether or not there is
-/// something to send.
-const DEAD_AFTER: Duration = Duration::from_secs(10);
+/// A peer that answers nothing for less than this may yet be alive, whatever the user says.
+const LEAST_PATIENCE: Duration = Duration::from_secs(10);
 
 /// Listens at an address. An IPv6 socket takes IPv6 only, so that both may be named.
 ///
@@ -48,12 +47,16 @@ pub fn connect(
     }
 }
 
-/// Sets up a connection: frames leave at once, and a dead peer is noticed in seconds.
+/// Sets up a connection: frames leave at once, and a dead peer is noticed in seconds: after 11 s if
+/// nothing is sent to it, after `patience` if something is.
+///
+/// The system counts a peer that is alive but takes nothing as dead, too, so `patience` must not be
+/// shorter than such a peer is given.
 ///
 /// # Errors
 ///
 /// As `setsockopt(2)`.
-pub fn tune(stream: &TcpStream) -> io::Result<()> {
+pub fn tune(stream: &TcpStream, patience: Duration) -> io::Result<()> {
     let socket = SockRef::from(stream);
     let probe = TcpKeepalive::new()
         .with_time(Duration::from_secs(5))
@@ -61,7 +64,7 @@ pub fn tune(stream: &TcpStream) -> io::Result<()> {
         .with_retries(3);
     socket.set_tcp_nodelay(true)?;
     socket.set_tcp_keepalive(&probe)?;
-    socket.set_tcp_user_timeout(Some(DEAD_AFTER))
+    socket.set_tcp_user_timeout(Some(patience.max(LEAST_PATIENCE)))
 }
 
 fn open(address: SocketAddr, device: Option<&str>) -> io::Result<Socket> {

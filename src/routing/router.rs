@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use super::counters::{DropReason, LinkCounters};
 use super::dedup::Dedup;
-use super::group::{Group, Quality};
+use super::group::{Group, GroupId, Quality};
 use super::link_set::{LinkId, LinkSet, MAX_LINKS};
-use super::options::{LOOP_WINDOW, LinkOptions, RouterEvent, RouterOptions};
+use super::options::{LinkOptions, RouterEvent, RouterOptions};
 use super::port::Port;
 use super::queue::Precedence;
 use super::route_table::RouteTable;
@@ -21,11 +21,11 @@ pub struct Router {
     pub(super) ports: Vec<Option<Port>>,
     links: LinkSet,
     pub(super) table: RouteTable,
-    groups: Vec<Group>,
+    pub(super) groups: Vec<Group>,
     /// Links that are sent everything by an option of their own.
     sniffers: LinkSet,
     has_sniffers: bool,
-    dedup: Dedup,
+    pub(super) dedup: Dedup,
     /// Links that got something since they were last asked for.
     dirty: LinkSet,
     /// Links whose queues are filling.
@@ -112,13 +112,9 @@ impl Router {
         port.counters.bytes_in += frame.bytes.len() as u64;
         if !port.takes(frame) {
             port.counters[DropReason::FilteredIn] += 1;
-            return self.count_sequence(link, frame);
+            return self.handle_filtered(link, frame, now);
         }
-        // What teaches no route would go round in a ring for ever but for its bytes.
-        let is_learnable = frame.verified && frame.header.source.is_valid_source();
-        let window = if is_learnable { port.options.dedup } else { Some(LOOP_WINDOW) };
-        let is_copy =
-            window.is_some_and(|window| self.dedup.is_copy(frame.bytes, link, window, now));
+        let is_copy = self.is_copy(link, frame, now);
         self.learn(link, frame, is_copy, now);
         if is_copy {
             return self.count_drop(link, DropReason::Duplicate);
@@ -136,23 +132,18 @@ impl Router {
         destinations.remove(link);
         if destinations.is_empty() && frame.is_directed() {
             self.count_drop(link, DropReason::NoRoute);
+            let event = RouterEvent::NoRoute(frame.header.source, frame.target);
+            push_event(&mut self.events, event);
         }
         if self.has_sniffers {
             destinations = destinations | self.sniffers(now);
             destinations.remove(link);
         }
         if !self.groups.is_empty() {
-            destinations = self.choose_paths(link, destinations, now);
+            let is_heartbeat = frame.header.id == MessageId::HEARTBEAT;
+            destinations = self.choose_paths(link, destinations, is_heartbeat, now);
         }
-        if let Some(source) = self.table.find(frame.header.source) {
-            for heard in &source.heard {
-                let is_recent = now.since(heard.last) < LOOP_WINDOW;
-                if is_recent && destinations.contains(heard.link) {
-                    destinations.remove(heard.link);
-                    count_drop(&mut self.ports, heard.link, DropReason::Loop);
-                }
-            }
-        }
+        self.apply_loop_rule(link, frame, &mut destinations, now);
         if frame.header.id == MessageId::SETUP_SIGNING {
             destinations = self.permit_setup_signing(link, destinations);
         }
@@ -160,7 +151,13 @@ impl Router {
     }
 
     /// Leaves out the sender's group, and lets each other group choose its paths.
-    fn choose_paths(&mut self, link: LinkId, candidates: LinkSet, now: Time) -> LinkSet {
+    fn choose_paths(
+        &mut self,
+        link: LinkId,
+        candidates: LinkSet,
+        is_heartbeat: bool,
+        now: Time,
+    ) -> LinkSet {
         let own = self.port(link).and_then(|port| port.options.membership);
         let mut chosen = candidates;
         let ports = &self.ports;
@@ -172,7 +169,12 @@ impl Router {
             chosen = chosen - group.links();
             let is_own = own.is_some_and(|own| usize::from(own.group.0) == number);
             if !is_own && !through.is_empty() {
-                chosen = chosen | group.expand(through, now, quality);
+                chosen = chosen | group.expand(through, is_heartbeat, now, quality);
+                if let Some(member) = group.take_change() {
+                    // At most 256, as there are no more group numbers.
+                    let group = GroupId(number as u8);
+                    push_event(&mut self.events, RouterEvent::PathChosen(group, member));
+                }
             }
         }
         chosen
@@ -313,7 +315,7 @@ impl Router {
     }
 }
 
-fn count_drop(ports: &mut [Option<Port>], link: LinkId, reason: DropReason) {
+pub(super) fn count_drop(ports: &mut [Option<Port>], link: LinkId, reason: DropReason) {
     if let Some(Some(port)) = ports.get_mut(link.index()) {
         port.counters[reason] += 1;
     }
@@ -328,25 +330,15 @@ pub(super) fn push_event(events: &mut VecDeque<RouterEvent>, event: RouterEvent)
 /// What somebody waits for, and what the next frame replaces.
 #[inline]
 fn precedence(frame: &CheckedFrame<'_>) -> Precedence {
-    if frame.is_directed() {
-        Precedence::Immediate
-    } else if PRIORITY.contains(&frame.header.id) {
-        Precedence::Priority
-    } else {
-        Precedence::Routine
+    match frame.header.id {
+        MessageId::HEARTBEAT | MessageId::COMMAND_ACK | MessageId::MISSION_ACK => Precedence::Flash,
+        id if frame.is_directed() || ANSWERS.contains(&id) => Precedence::Immediate,
+        _ => Precedence::Routine,
     }
 }
 
-/// Messages that may come without a target though somebody waits for them: HEARTBEAT, PARAM_VALUE,
-/// MISSION_ACK, COMMAND_ACK, PARAM_EXT_VALUE, PARAM_EXT_ACK.
-const PRIORITY: [MessageId; 6] = [
-    MessageId::HEARTBEAT,
-    MessageId(22),
-    MessageId(47),
-    MessageId::COMMAND_ACK,
-    MessageId(322),
-    MessageId(324),
-];
+/// Answers that may come without a target: PARAM_VALUE, PARAM_EXT_VALUE, PARAM_EXT_ACK.
+const ANSWERS: [MessageId; 3] = [MessageId(22), MessageId(322), MessageId(324)];
 
 // The number of a link indexes a table of at most this length.
 const _: () = assert!(MAX_LINKS <= u16::MAX as usize);

@@ -152,11 +152,8 @@ fn rule_47_a_secret_key_is_not_passed_on_whatever_its_target() {
     let router = Router::start(&[TCP, UDP]);
     let mut gcs = router.udp("udp", GCS);
     let mut vehicle = router.tcp("tcp", VEHICLE);
-    let setup_signing = Message { id: 256, extra: 71, len: 42 };
     for to in [VEHICLE, Component::new(0, 0)] {
-        let mut payload = vec![1, 2, 3, 4, 5, 6, 7, 8, to.system, to.component];
-        payload.resize(42, 0x11);
-        gcs.send(Draft::new(GCS, setup_signing, payload).build());
+        gcs.send(setup_signing(GCS, to));
         vehicle.expect_nothing_from(&mut gcs);
     }
 }

@@ -145,6 +145,41 @@ fn the_log_says_who_came_and_who_went() {
 }
 
 #[test]
+fn when_nobody_reads_the_log_any_more_it_goes_on() {
+    let router = Router::start(&[TCP, UDP]);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let mut gcs = router.udp("udp", GCS);
+    router.log.hang_up();
+    for system in 10..15 {
+        // Each guest makes lines: one hangs up, the others meet the closed end.
+        let mut guest = router.tcp_unnoticed("tcp", Component::new(system, 1));
+        router.assert_serves(&mut gcs, &mut guest);
+    }
+    router.assert_serves(&mut gcs, &mut vehicle);
+}
+
+#[test]
+fn when_the_log_is_not_read_for_a_while_it_goes_on() {
+    let endpoint = |n: u32| format!("tcpin:127.0.0.1:0?name=many{n}");
+    let endpoints: Vec<String> = (0..12).map(endpoint).collect();
+    let mut arguments: Vec<&str> = endpoints.iter().map(String::as_str).collect();
+    arguments.extend([TCP, UDP]);
+    let router = Router::launch_with_narrow_log(&arguments);
+    router.log.wait_for(&["ready"]);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let mut gcs = router.udp("udp", GCS);
+    let addresses: Vec<_> = (0..12).map(|n| router.address(&format!("many{n}"))).collect();
+    router.log.pause();
+    // Each endpoint writes some lines about its guests: together more than the pipe takes.
+    for _ in 0..20 {
+        for address in &addresses {
+            drop(TcpWire::to(*address));
+        }
+        router.assert_serves(&mut gcs, &mut vehicle);
+    }
+}
+
+#[test]
 fn with_log_format_text_it_is_the_same() {
     let router = Router::start(&["--log-format", "text", TCP]);
     let _vehicle = router.tcp("tcp", VEHICLE);

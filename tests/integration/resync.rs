@@ -1,5 +1,8 @@
 //! Finding frames in a stream: cut anywhere, begun anywhere, with anything in between (rules 17-19).
 
+use std::thread;
+use std::time::Duration;
+
 use crate::harness::*;
 
 const TCP: &str = "tcpin:127.0.0.1:0?name=tcp";
@@ -79,6 +82,25 @@ fn rule_18_a_false_start_holds_nothing_back_for_ever() {
         vehicle.send([claim, &attitude(VEHICLE, 5)].concat());
         gcs.expect(attitude(VEHICLE, 5));
     }
+}
+
+#[test]
+fn a_frame_with_a_long_pause_in_its_middle_arrives_all_the_same() {
+    let pty = Pty::new();
+    let serial = format!("serial:{}:921600?name=fc", pty.device());
+    let router = Router::start(&[TCP, UDP, &serial]);
+    let mut gcs = router.udp("udp", GCS);
+    let mut camera = router.serial("fc", pty, CAMERA);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let (by_tcp, by_serial) = (bulk(VEHICLE, 1), bulk(CAMERA, 2));
+    vehicle.send(&by_tcp[..150]);
+    camera.send(&by_serial[..150]);
+    // As long as a mobile network is sometimes silent.
+    thread::sleep(Duration::from_secs(1));
+    vehicle.send(&by_tcp[150..]);
+    gcs.expect(&by_tcp);
+    camera.send(&by_serial[150..]);
+    gcs.expect(&by_serial);
 }
 
 #[test]

@@ -36,6 +36,30 @@ fn two_routers_joined_twice_make_no_storm() {
     }
 }
 
+#[test]
+fn two_routers_joined_by_a_group_lose_nothing_and_make_no_storm() {
+    let left = Router::start(&[
+        "udpin:127.0.0.1:0?name=one&group=pair",
+        "udpin:127.0.0.1:0?name=two&group=pair",
+        TCP,
+    ]);
+    let one = format!("udpout:{}?name=one&group=pair", left.address("one"));
+    let two = format!("udpout:{}?name=two&group=pair", left.address("two"));
+    let right = Router::start(&[&one, &two, TCP]);
+    let mut gcs = right.tcp("tcp", GCS);
+    let mut vehicle = left.tcp("tcp", VEHICLE);
+    vehicle.meet(&mut gcs);
+    gcs.meet(&mut vehicle);
+    for n in 0..50 {
+        vehicle.send(attitude(VEHICLE, n));
+    }
+    let copies = count_copies(&mut gcs);
+    for n in 0..50 {
+        let count = copies.get(&attitude(VEHICLE, n)).copied().unwrap_or_default();
+        assert!((1..=2).contains(&count), "{count} copies of number {n}");
+    }
+}
+
 /// Reads until it has been quiet for a while, or has been loud for too long.
 fn count_copies(peer: &mut Peer<TcpWire>) -> HashMap<Vec<u8>, usize> {
     let mut copies = HashMap::new();

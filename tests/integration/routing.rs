@@ -233,8 +233,10 @@ fn rule_49_what_was_just_heard_from_a_source_on_a_link_is_not_sent_back_there() 
 #[test]
 fn rule_49_a_source_that_has_fallen_silent_on_a_link_is_heard_there_again() {
     let router = start();
+    let mut gcs = router.udp("udp", GCS);
     let mut by_radio = router.tcp("tcp", VEHICLE);
     let mut by_mobile = router.tcp("tcp", VEHICLE);
-    by_radio.meet(&mut by_mobile);
+    gcs.receive_rest_from(&mut by_mobile);
+    // Some seconds after that:
     by_mobile.meet(&mut by_radio);
 }

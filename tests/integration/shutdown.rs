@@ -1,5 +1,8 @@
 //! The end: by a signal, with everything delivered that can be, and status 0.
 
+use std::io::Write;
+use std::thread;
+
 use rustix::process::Signal;
 
 use crate::harness::*;
@@ -52,6 +55,20 @@ fn a_reader_that_does_not_read_does_not_keep_it_from_ending() {
     router.signal(Signal::TERM);
     let (status, log) = router.wait_for_end();
     assert_eq!(status.code(), Some(0), "{log}");
+}
+
+#[test]
+fn a_flood_does_not_keep_it_from_ending() {
+    let router = Router::start(&[TCP, UDP]);
+    let mut flooder = router.tcp("tcp", OTHER).wire.stream;
+    let flood = command_long(OTHER, Component::new(42, 1)).repeat(2000);
+    thread::scope(|scope| {
+        // Until the router is gone.
+        scope.spawn(move || while flooder.write_all(&flood).is_ok() {});
+        router.signal(Signal::TERM);
+        let (status, log) = router.wait_for_end();
+        assert_eq!(status.code(), Some(0), "{log}");
+    });
 }
 
 #[test]

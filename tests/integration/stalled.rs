@@ -1,9 +1,12 @@
 //! Readers that do not read, and bursts for those who do (rule 43): nobody pays for another.
 
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
+use std::time::Duration;
 
 use crate::harness::*;
 
+/// On a busy machine, a test may take longer than a reader is usually allowed to stall.
 const TCP: &str = "tcpin:127.0.0.1:0?name=tcp&stall_timeout=10m";
 const UDP: &str = "udpin:127.0.0.1:0?name=udp";
 
@@ -53,6 +56,22 @@ fn a_stalled_reader_does_not_stall_what_it_says_itself() {
     }
     stalled.send(command_long(GCS_2, VEHICLE));
     vehicle.expect(command_long(GCS_2, VEHICLE));
+}
+
+#[test]
+fn a_reader_that_pauses_for_less_than_its_stall_timeout_keeps_its_connection() {
+    let router = Router::start(&[TCP, UDP]);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let mut healthy = router.tcp("tcp", GCS);
+    let mut stalled = Peer::new(TcpWire::narrow_to(router.address("tcp")), GCS_2);
+    router.wait_for_link("tcp", &stalled.wire);
+    for step in 0..50 {
+        let frames: Vec<_> = (0..STEP).map(|n| bulk(VEHICLE, step * STEP + n)).collect();
+        vehicle.send(frames.concat());
+        healthy.expect_each(&frames);
+    }
+    thread::sleep(Duration::from_secs(13));
+    assert_rises_with_gaps(&stalled.meet(&mut vehicle));
 }
 
 #[test]
@@ -112,4 +131,50 @@ fn an_unreachable_tcp_server_does_not_delay_others() {
         gcs.send(command_long(GCS, VEHICLE));
         vehicle.expect(command_long(GCS, VEHICLE));
     }
+}
+
+/// How much of a flood may pass, on the average, while one command is answered. A fair loop takes
+/// one megabyte or two from each link before it looks at the others; this is no measure of time,
+/// so a busy machine does not change it.
+const FAIR: u64 = 4 << 20;
+const EXCHANGES: u64 = 200;
+
+#[test]
+fn a_flood_from_one_peer_does_not_starve_the_others() {
+    let router = Router::start(&[TCP, UDP]);
+    let mut gcs = router.udp("udp", GCS);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let mut flooder = router.tcp("tcp", OTHER);
+    // For nobody who is there, so that the flood ends in the router.
+    let flood = command_long(OTHER, Component::new(42, 1)).repeat(2000);
+    let (flooded, enough) = (AtomicU64::new(0), AtomicBool::new(false));
+    let (mut answered, mut passed) = (0, 0);
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            while !enough.load(Ordering::Relaxed) {
+                flooder.send(&flood);
+                flooded.fetch_add(flood.len() as u64, Ordering::Relaxed);
+            }
+        });
+        let before = flooded.load(Ordering::Relaxed);
+        while answered < EXCHANGES && passed < EXCHANGES * FAIR {
+            if !answers(&mut gcs, &mut vehicle) {
+                break;
+            }
+            answered += 1;
+            passed = flooded.load(Ordering::Relaxed) - before;
+        }
+        enough.store(true, Ordering::Relaxed);
+    });
+    assert_eq!(answered, EXCHANGES, "answers came during {passed} bytes of flood");
+}
+
+/// A command and its acknowledgement; says whether both arrived, and never panics.
+fn answers(gcs: &mut Peer<UdpWire>, vehicle: &mut Peer<TcpWire>) -> bool {
+    gcs.send(command_long(GCS, VEHICLE));
+    if vehicle.try_receive(PATIENCE) != Some(command_long(GCS, VEHICLE)) {
+        return false;
+    }
+    vehicle.send(command_ack(VEHICLE, GCS));
+    gcs.try_receive(PATIENCE) == Some(command_ack(VEHICLE, GCS))
 }

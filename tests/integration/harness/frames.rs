@@ -25,6 +25,7 @@ pub(crate) const COMMAND_LONG: Message = message(76, 152, 33);
 pub(crate) const COMMAND_ACK: Message = message(77, 143, 10);
 pub(crate) const FILE_TRANSFER_PROTOCOL: Message = message(110, 84, 254);
 pub(crate) const ENCAPSULATED_DATA: Message = message(131, 223, 255);
+pub(crate) const SETUP_SIGNING: Message = message(256, 71, 42);
 pub(crate) const STATUSTEXT: Message = message(253, 83, 54);
 /// In nobody's definitions.
 pub(crate) const UNKNOWN: Message = message(4_242_424, 201, 12);
@@ -171,6 +172,13 @@ pub(crate) fn system_time(from: Component, since_boot_ms: u32) -> Vec<u8> {
     let mut payload = vec![7; 8];
     payload.extend(since_boot_ms.to_le_bytes());
     Draft::new(from, SYSTEM_TIME, payload).build()
+}
+
+/// SETUP_SIGNING, with a key of no secrecy.
+pub(crate) fn setup_signing(from: Component, to: Component) -> Vec<u8> {
+    let mut payload = vec![1, 2, 3, 4, 5, 6, 7, 8, to.system, to.component];
+    payload.resize(SETUP_SIGNING.len, 0x11);
+    Draft::new(from, SETUP_SIGNING, payload).build()
 }
 
 /// FILE_TRANSFER_PROTOCOL, 266 bytes, its data full of MAVLink 2 start bytes.

@@ -1,17 +1,22 @@
 //! What the program writes to standard error: read by a thread, so that a test can wait for a line.
 
 use std::io::{BufRead, BufReader, Read};
-use std::sync::{Arc, Condvar, Mutex};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread;
 use std::time::Instant;
 
 use super::PATIENCE;
 
-/// The lines so far, and whether the program has closed its standard error.
 #[derive(Default)]
 struct State {
+    /// The lines so far.
     lines: Vec<String>,
+    /// Whether no more will come: the program has closed its standard error, or nobody reads it.
     ended: bool,
+    /// Whether nobody is to read it any more.
+    unheard: bool,
+    /// Whether nobody is to read it for now.
+    paused: bool,
 }
 
 /// A log that grows while the program runs.
@@ -28,10 +33,24 @@ impl Log {
                 let Ok(line) = line else { break };
                 let line = String::from_utf8_lossy(&line).into_owned();
                 writer.change(|state| state.lines.push(line));
+                let resumed = writer.0.1.wait_while(writer.state(), |state| state.paused);
+                if resumed.expect("the log").unheard {
+                    break;
+                }
             }
             writer.change(|state| state.ended = true);
         });
         log
+    }
+
+    /// Closes the reading end behind the next line, as a terminal that is gone.
+    pub(crate) fn hang_up(&self) {
+        self.change(|state| state.unheard = true);
+    }
+
+    /// Stops reading behind the next line, as a terminal that was told to wait.
+    pub(crate) fn pause(&self) {
+        self.change(|state| state.paused = true);
     }
 
     /// Waits for a line that holds all of `words`, from the first line on.
@@ -68,7 +87,7 @@ impl Log {
 
     /// All lines so far.
     pub(crate) fn lines(&self) -> Vec<String> {
-        self.0.0.lock().expect("the log").lines.clone()
+        self.state().lines.clone()
     }
 
     /// All lines so far, or the last hundred of very many.
@@ -79,9 +98,8 @@ impl Log {
 
     /// Waits for `find` to find something; `None` when patience ends or nothing more can come.
     fn wait_until<T>(&self, find: impl Fn(&State) -> Option<T>) -> Option<T> {
-        let (state, changed) = &*self.0;
         let deadline = Instant::now() + PATIENCE;
-        let mut state = state.lock().expect("the log");
+        let mut state = self.state();
         loop {
             if let Some(found) = find(&state) {
                 return Some(found);
@@ -90,12 +108,16 @@ impl Log {
             if left.is_zero() || state.ended {
                 return None;
             }
-            state = changed.wait_timeout(state, left).expect("the log").0;
+            state = self.0.1.wait_timeout(state, left).expect("the log").0;
         }
     }
 
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.0.0.lock().expect("the log")
+    }
+
     fn change(&self, change: impl FnOnce(&mut State)) {
-        change(&mut self.0.0.lock().expect("the log"));
+        change(&mut self.state());
         self.0.1.notify_all();
     }
 }

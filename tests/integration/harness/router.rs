@@ -6,6 +6,7 @@ use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::thread;
 
 use mavswitch::mavlink::Component;
+use rustix::pipe::fcntl_setpipe_size;
 use rustix::process::{Pid, Signal, kill_process};
 
 use super::log::Log;
@@ -30,9 +31,26 @@ impl Router {
         router
     }
 
+    /// The same with no more descriptors than that.
+    pub(crate) fn start_limited(descriptors: usize, arguments: &[&str]) -> Self {
+        let mut command = Command::new("sh");
+        command.args(["-c", &format!("ulimit -n {descriptors} && exec \"$0\" \"$@\""), PROGRAM]);
+        without_manager(&mut command);
+        let router = Self::spawn(&mut command, false, arguments);
+        router.log.wait_for(&["ready"]);
+        router
+    }
+
     /// Starts the router and waits for nothing.
     pub(crate) fn launch(arguments: &[&str]) -> Self {
-        Self::launch_as(None, arguments)
+        Self::launch_in(arguments, |_| {})
+    }
+
+    /// The same with a log that holds little while nobody reads it.
+    pub(crate) fn launch_with_narrow_log(arguments: &[&str]) -> Self {
+        let mut command = Command::new(PROGRAM);
+        without_manager(&mut command);
+        Self::spawn(&mut command, true, arguments)
     }
 
     /// The same as another user, if one is given.
@@ -45,11 +63,19 @@ impl Router {
     /// The same in surroundings of which `prepare` says more.
     pub(crate) fn launch_in(arguments: &[&str], prepare: impl FnOnce(&mut Command)) -> Self {
         let mut command = Command::new(PROGRAM);
-        command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         without_manager(&mut command);
         prepare(&mut command);
+        Self::spawn(&mut command, false, arguments)
+    }
+
+    fn spawn(command: &mut Command, narrow: bool, arguments: &[&str]) -> Self {
+        command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         let mut child = command.spawn().expect("the program starts");
-        let log = Log::follow(child.stderr.take().expect("its standard error"));
+        let errors = child.stderr.take().expect("its standard error");
+        if narrow {
+            fcntl_setpipe_size(&errors, 4096).expect("a small pipe");
+        }
+        let log = Log::follow(errors);
         Self { child, log, ended: false }
     }
 
