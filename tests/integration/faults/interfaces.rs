@@ -157,7 +157,10 @@ fn connections_over_a_lost_interface_are_given_up_and_made_again() {
     }
     let far = FarNetwork::new();
     let listener = far.make(|| TcpListener::bind("0.0.0.0:5760").unwrap());
-    let endpoints = ["tcpout:10.99.0.2:5760?name=out", "tcpin:0.0.0.0:5761?name=in"];
+    let endpoints = [
+        "tcpout:10.99.0.2:5760?name=out&stall_timeout=4s",
+        "tcpin:0.0.0.0:5761?name=in&stall_timeout=4s",
+    ];
     let router = Router::start(&[endpoints[0], endpoints[1], TCP]);
     let mut gcs = router.tcp("tcp", GCS);
     let mut other = router.tcp("tcp", OTHER);
