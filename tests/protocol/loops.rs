@@ -17,6 +17,8 @@ struct Mesh {
     on_the_way: VecDeque<(End, Vec<u8>)>,
     /// How many frames have gone over cables, in all.
     carried: usize,
+    /// The cable that loses the next frame.
+    loses: Option<usize>,
     now: Time,
 }
 
@@ -24,8 +26,14 @@ impl Mesh {
     fn new(routers: usize, cables: &[(usize, usize)]) -> Self {
         let routers = (0..routers).map(|_| Router::new(RouterOptions::default())).collect();
         let now = Time::from_millis(1_000_000);
-        let mut mesh =
-            Self { routers, cables: Vec::new(), on_the_way: VecDeque::new(), carried: 0, now };
+        let mut mesh = Self {
+            routers,
+            cables: Vec::new(),
+            on_the_way: VecDeque::new(),
+            carried: 0,
+            loses: None,
+            now,
+        };
         for (a, b) in cables {
             let ends = (mesh.link(*a), mesh.link(*b));
             mesh.cables.push(ends);
@@ -53,7 +61,8 @@ impl Mesh {
             Receiver::new().each(&bytes, Input::Paused, |frame| core.handle(link, frame, now));
             for link in self.routers[router].take_dirty().iter() {
                 let port = self.routers[router].port_mut(link).unwrap();
-                let bytes = port.head(usize::MAX).0.to_vec();
+                let (first, second) = port.head(usize::MAX);
+                let bytes = [first, second].concat();
                 port.consume(bytes.len());
                 came_out += usize::from((router, link) == exit);
                 self.carry((router, link), bytes);
@@ -64,10 +73,14 @@ impl Mesh {
     }
 
     fn carry(&mut self, from: End, bytes: Vec<u8>) {
-        for (a, b) in &self.cables {
+        for (number, (a, b)) in self.cables.iter().enumerate() {
             let to = if *a == from { b } else { a };
             if *a == from || *b == from {
                 self.carried += 1;
+                if self.loses == Some(number) {
+                    self.loses = None;
+                    return;
+                }
                 self.on_the_way.push_back((*to, bytes));
                 return;
             }
@@ -123,6 +136,24 @@ fn frames_that_teach_nothing_make_no_storm_either() {
         assert!(mesh.send(vehicle, &unknown, station) > 0);
     }
     assert!(mesh.carried <= 200 * 3 * 2, "{} frames over 3 cables for 200", mesh.carried);
+}
+
+/// One lost frame, and the next one goes round and round: each router hears its source always on
+/// the one side, and never on the other, where it goes on.
+#[test]
+fn a_lost_frame_starts_no_storm() {
+    for lossy in 0..2 {
+        let mut mesh = Mesh::new(2, &[(0, 1), (0, 1)]);
+        let (vehicle, station) = (mesh.link(0), mesh.link(1));
+        mesh.loses = Some(lossy);
+        assert!(mesh.send(vehicle, &heartbeat(VEHICLE), station) > 0);
+    }
+    for lossy in [0, 2] {
+        let mut mesh = Mesh::new(3, &[(0, 1), (1, 2), (2, 0)]);
+        let (vehicle, station) = (mesh.link(0), mesh.link(1));
+        mesh.loses = Some(lossy);
+        assert!(mesh.send(vehicle, &heartbeat(VEHICLE), station) > 0);
+    }
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod frames;
 mod groups;
 mod loops;
 mod network;
+mod regressions;
 mod routing;
 mod streams;
 mod vectors;

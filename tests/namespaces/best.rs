@@ -1,0 +1,106 @@
+//! One group of two paths, the better of which is used: the other costs nothing while it is.
+
+use std::time::{Duration, Instant};
+
+use crate::flight::{Progress, Rates, fly};
+use crate::harness::eventually;
+use crate::net::say;
+use crate::paths::{End, Field, Pair, Path};
+use crate::report::Report;
+
+const RATES: Rates = Rates { directed: 20, telemetry: 50 };
+
+/// How many directed frames each way must arrive in each part of a story.
+const PART: usize = 60;
+
+/// About two seconds are wanted; a busy machine gets some more.
+const FAILOVER: Duration = Duration::from_secs(5);
+
+fn options(path: Path) -> String {
+    let prefer = if path == Path::One { 10 } else { 0 };
+    format!("group=air&dedup=500ms&path=best&prefer={prefer}")
+}
+
+fn start(field: &Field) -> Pair {
+    let ground = field.start_ground(options);
+    let addresses = Path::BOTH.map(|path| {
+        let port = ground.address(path.name()).port();
+        field.ground_address(path, port)
+    });
+    field.start_air(ground, addresses, options)
+}
+
+/// How many packets the ends of a path have sent into it.
+fn sent_into(field: &Field, path: Path) -> u64 {
+    [End::Air, End::Ground].map(|end| field.traffic(path, end).sent).iter().sum()
+}
+
+/// Waits until a path carries nothing for as long as a good deal goes over the other.
+fn wait_until_idle(field: &Field, path: Path, progress: &Progress) {
+    eventually(&format!("{path:?} idles"), || {
+        let before = sent_into(field, path);
+        progress.wait_for(10);
+        sent_into(field, path) == before
+    });
+}
+
+#[test]
+fn while_the_preferred_path_is_good_the_other_carries_nothing() {
+    let Some(field) = Field::new() else { return };
+    let mut pair = start(&field);
+    let mut carried = [0, 0];
+    let reports = fly(&mut pair.vehicle, &mut pair.station, RATES, |progress| {
+        wait_until_idle(&field, Path::Two, progress);
+        let before = Path::BOTH.map(|path| sent_into(&field, path));
+        progress.wait_for(PART);
+        let after = Path::BOTH.map(|path| sent_into(&field, path));
+        carried = [after[0] - before[0], after[1] - before[1]];
+    });
+    let [one, two] = carried;
+    say(&format!("{one} packets on the preferred path, {two} on the other"));
+    assert!(one >= 2 * PART as u64, "only {one} on the preferred path");
+    assert_eq!(two, 0, "packets on the other path");
+    for report in &reports {
+        assert_eq!(report.lost(), [], "lost");
+        assert_eq!(report.copies(), [], "delivered again");
+    }
+}
+
+#[test]
+fn after_a_cut_the_other_path_is_taken_and_the_preferred_one_again_when_it_is_back() {
+    let Some(field) = Field::new() else { return };
+    let mut pair = start(&field);
+    let mut cut = Instant::now();
+    let reports = fly(&mut pair.vehicle, &mut pair.station, RATES, |progress| {
+        wait_until_idle(&field, Path::Two, progress);
+        cut = Instant::now();
+        field.cut(Path::One, End::Air);
+        progress.wait_for(PART);
+        field.restore(Path::One, End::Air);
+        wait_until_idle(&field, Path::Two, progress);
+        progress.wait_for(PART);
+    });
+    for report in &reports {
+        let back = report.first_after(cut).expect("something after the cut");
+        let outage = back.duration_since(cut);
+        say(&format!("{report}; {outage:.2?} from the cut to the next"));
+        assert!(outage < FAILOVER, "{outage:?} without anything");
+    }
+}
+
+#[test]
+fn a_cut_at_the_far_end_is_noticed_as_well() {
+    let Some(field) = Field::new() else { return };
+    let mut pair = start(&field);
+    let mut cut = Instant::now();
+    let reports = fly(&mut pair.vehicle, &mut pair.station, RATES, |progress| {
+        wait_until_idle(&field, Path::Two, progress);
+        cut = Instant::now();
+        field.cut(Path::One, End::Ground);
+        progress.wait_for(PART);
+    });
+    let outage = |report: &Report| report.first_after(cut).map(|back| back.duration_since(cut));
+    let outages = reports.each_ref().map(outage);
+    say(&format!("without anything for {outages:.2?}"));
+    assert!(outages.iter().flatten().all(|outage| *outage < FAILOVER));
+}
