@@ -82,33 +82,6 @@ fn loss_on_both_paths_is_the_product_of_the_losses() {
     assert!(lost * 100 < sent, "{lost} of {sent} lost: more than 1 %");
 }
 
-#[test]
-#[ignore = "frames that a path held back for longer than dedup=MS are delivered again"]
-fn what_a_path_held_back_is_not_delivered_again() {
-    let Some(field) = Field::new() else { return };
-    let ground = field.start_ground(|_| GROUP.to_owned());
-    let ports = Path::BOTH.map(|path| ground.address(path.name()).port());
-    let modem = field.relay(Path::One, ports[0]);
-    let addresses = [modem.address(), field.ground_address(Path::Two, ports[1])];
-    let mut pair = field.start_air(ground, addresses, |_| GROUP.to_owned());
-    pair.wait_for_both_paths();
-    let rates = Rates { directed: 20, telemetry: 50 };
-    let reports = fly(&mut pair.vehicle, &mut pair.station, rates, |progress| {
-        progress.wait_for(PART);
-        modem.set_holding(true);
-        progress.wait_for(PART);
-        modem.set_holding(false);
-        progress.wait_for(PART);
-    });
-    for report in &reports {
-        say(&report.to_string());
-    }
-    for report in &reports {
-        assert_eq!(report.lost(), [], "lost");
-        assert_eq!(report.copies(), [], "delivered again, so long after the first time");
-    }
-}
-
 /// Of what `dedup` promises, nothing is broken: no copy within the window.
 #[track_caller]
 fn assert_no_copies(report: &Report) {
