@@ -84,7 +84,7 @@ pub struct RouteArgs {
 /// What to log, and how.
 #[derive(Args, Debug)]
 pub struct LogArgs {
-    /// Log more; twice: everything
+    /// Log more: what each link carried, and who found no route
     #[arg(short, long, action = clap::ArgAction::Count, global = true, conflicts_with = "quiet")]
     pub verbose: u8,
 
@@ -157,4 +157,4 @@ Examples:
   A simulator by TCP, shared by two ground stations on this computer:
     mavswitch tcpout:127.0.0.1:5760 udpout:127.0.0.1:14550 udpout:127.0.0.1:14551
 
-Exit status: 0 after SIGINT or SIGTERM, 1 if an endpoint cannot be opened, 2 for a wrong command line.";
+Exit status: 0 after SIGINT, SIGTERM or SIGHUP, 1 if it cannot start, 2 for a wrong command line.";

@@ -130,7 +130,7 @@ fn the_bounds_are_those_of_the_program() {
     assert_eq!(bounds("queue of a link without pace"), [queue]);
     assert_eq!(bounds("queue of a paced link")[1], least);
     assert_eq!(bounds("share of broadcast")[0] * 1_000, shares.routine);
-    assert_eq!(bounds("share of heartbeats")[0] * 1_000, shares.priority);
+    assert_eq!(bounds("share of directed frames")[0] * 1_000, shares.immediate);
     assert_eq!(bounds("silence of a route"), [seconds(age)]);
     assert_eq!(bounds("loop window"), [seconds(LOOP_WINDOW)]);
     assert_eq!(bounds("length of a frame"), [MAX_FRAME]);

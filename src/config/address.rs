@@ -12,7 +12,7 @@
 //!
 //! Schemes are read in any case and may be followed by `//`. A port left out is 14550 for UDP and
 //! 5760 for TCP, a baud rate 57600. A listener without a host listens on 0.0.0.0, which is every
-//! IPv4 address; `[::]` is every address. A group left out is 239.255.145.50, as in pymavlink.
+//! IPv4 address; `[::]` is every IPv6 address. A group left out is 239.255.145.50, as in pymavlink.
 //! Port 0 is for listeners alone: any free port.
 
 use std::fmt;

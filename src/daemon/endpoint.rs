@@ -30,6 +30,8 @@ pub(super) struct Endpoint {
     /// Which of several baud rates is in use, and whether frames were heard at it.
     pub(super) baud: usize,
     pub(super) baud_is_proven: bool,
+    /// Whether it was told that no frame comes.
+    pub(super) silence_is_told: bool,
     /// Where it was opened, and what its sockets depend on.
     pub(super) address: Option<SocketAddr>,
     pub(super) bound: Bound,
@@ -185,6 +187,7 @@ impl Endpoint {
             membership: None,
             baud: 0,
             baud_is_proven: false,
+            silence_is_told: false,
             address: None,
             bound: Bound::Nothing,
             addresses: Vec::new(),

@@ -58,6 +58,7 @@ pub(super) struct Daemon {
     /// Where a datagram of somebody unknown stands while it is looked at.
     pub(super) stranger: Vec<u8>,
     pub(super) component_log: LogLimit,
+    pub(super) unrouted_log: LogLimit,
 }
 
 /// Something that has more to read.
@@ -105,7 +106,7 @@ impl Meaning {
     }
 }
 
-/// Opens all endpoints, and moves frames between them until SIGINT or SIGTERM comes.
+/// Opens all endpoints, and moves frames between them until SIGINT, SIGTERM or SIGHUP comes.
 ///
 /// # Errors
 ///
@@ -143,6 +144,7 @@ impl Daemon {
             stall_timers: LinkSet::EMPTY,
             stranger: Vec::new(),
             component_log: LogLimit::new(now),
+            unrouted_log: LogLimit::new(now),
         })
     }
 

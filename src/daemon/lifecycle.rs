@@ -11,7 +11,7 @@ use super::event_loop::Daemon;
 use super::open::{OpenError, socket_address};
 use super::timers::Timer;
 use crate::config::Host;
-use crate::link::{Stream, tune};
+use crate::link::{Stream, interface_index, tune};
 use crate::routing::LinkId;
 
 /// How long a TCP connection may take to be made.
@@ -55,6 +55,10 @@ impl Daemon {
     }
 
     fn open_at(&mut self, index: usize, address: SocketAddr) -> Result<(), OpenError> {
+        if let Some(device) = &self.io.endpoints[index].config.options.dev {
+            let action = format!("use the network interface {device}");
+            interface_index(device).map_err(|error| OpenError { action, error })?;
+        }
         self.open_socket(index, address)?;
         let endpoint = &self.io.endpoints[index];
         match endpoint.state {
@@ -99,7 +103,7 @@ impl Daemon {
             }
             State::Up(link) => {
                 let link = *link;
-                self.check_baud(index, link);
+                self.check_serial(index, link);
             }
             State::Listening(..) | State::Datagrams(_) => self.look_after(index),
             State::Resolving => {}

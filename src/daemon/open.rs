@@ -21,6 +21,9 @@ use crate::routing::LinkId;
 /// How long a baud rate is tried: a heartbeat comes each second, and the first may be cut.
 const BAUD_TRIAL: Duration = Duration::from_millis(2_500);
 
+/// After how long without a frame a serial port is told of.
+const SILENCE: Duration = Duration::from_secs(5);
+
 /// What could not be done, and why.
 #[derive(Debug)]
 pub(super) struct OpenError {
@@ -52,22 +55,49 @@ impl Daemon {
         self.tell(index, &format!("open at {baud} baud"));
         let link = doing(action, self.add_stream(index, peer, Stream::Serial(file)))?;
         self.set_open(index, State::Up(link));
-        if is_one_of_several {
-            self.set_deadline(index, BAUD_TRIAL);
-        }
+        self.set_deadline(index, if is_one_of_several { BAUD_TRIAL } else { SILENCE });
         Ok(())
     }
 
-    /// Of several baud rates, keeps the one at which frames are heard, or tries the next.
-    pub(super) fn check_baud(&mut self, index: usize, id: LinkId) {
+    /// A serial port has been open for a while: says so if no frame came, and of several baud
+    /// rates keeps the one at which frames are heard, or tries the next.
+    pub(super) fn check_serial(&mut self, index: usize, id: LinkId) {
         let endpoint = &mut self.io.endpoints[index];
         let Address::Serial { bauds, .. } = &endpoint.config.address else { return };
         let heard = self.router.port(id).is_some_and(|port| port.quality().last_heard.is_some());
+        let is_one_of_several = bauds.len() > 1;
         if heard {
             endpoint.baud_is_proven = true;
-            let text = format!("frames at {} baud", bauds[endpoint.baud]);
-            return self.tell(index, &text);
+            if is_one_of_several {
+                let text = format!("frames at {} baud", bauds[endpoint.baud]);
+                self.tell(index, &text);
+            }
+            return;
         }
+        if endpoint.baud + 1 == bauds.len() {
+            self.warn_of_silence(index, id);
+        }
+        if is_one_of_several {
+            self.try_next_baud(index, id);
+        }
+    }
+
+    /// Tells, once, that nothing is understood on a serial port.
+    fn warn_of_silence(&mut self, index: usize, id: LinkId) {
+        let Some(link) = self.io.links.get(id) else { return };
+        let text = match link.splitter.stats().skipped_bytes {
+            0 => "nothing received yet (is the port set to MAVLink? are RX and TX swapped?)".into(),
+            bytes => format!("{bytes} bytes received and no frame (another baud rate?)"),
+        };
+        let endpoint = &mut self.io.endpoints[index];
+        if !std::mem::replace(&mut endpoint.silence_is_told, true) {
+            self.warn(index, &text);
+        }
+    }
+
+    fn try_next_baud(&mut self, index: usize, id: LinkId) {
+        let endpoint = &mut self.io.endpoints[index];
+        let Address::Serial { bauds, .. } = &endpoint.config.address else { return };
         endpoint.baud = (endpoint.baud + 1) % bauds.len();
         let baud = bauds[endpoint.baud];
         debug!("{}: no frames; trying {baud} baud", endpoint.name);

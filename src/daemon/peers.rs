@@ -10,7 +10,7 @@ use super::links::{Link, Output, StreamOutput};
 use super::timers::Timer;
 use crate::link::{Stream, tune};
 use crate::mavlink::Splitter;
-use crate::routing::LinkId;
+use crate::routing::{LinkId, MAX_LINKS};
 use mio::Interest;
 use mio::event::Source;
 use mio::net::TcpStream;
@@ -82,7 +82,7 @@ impl Daemon {
         }
         let output = Output::Datagrams(source);
         let Some(link) = self.add_link(index, source.to_string(), output) else {
-            self.say_refused(index, source);
+            self.warn(index, &format!("{source} refused: there are {MAX_LINKS} links already"));
             return Admission::Refused;
         };
         let endpoint = &mut self.io.endpoints[index];
@@ -131,7 +131,7 @@ impl Daemon {
 
     fn say_refused(&mut self, index: usize, peer: SocketAddr) {
         let max = self.io.endpoints[index].options().max_peers;
-        let reason = format!("there are {max} peers already (raise max_peers)");
+        let reason = format!("it has {max} peers already (raise max_peers)");
         self.warn(index, &format!("{peer} refused: {reason}"));
     }
 

@@ -1,31 +1,62 @@
 //! What the log tells of routing: components that come and go, and what a link carried.
 
-use tracing::{info, warn};
+use tracing::{debug, info, warn};
 
+use super::endpoint::Endpoint;
 use super::event_loop::Daemon;
 use super::links::Link;
 use super::log_limit::LeftOut;
-use crate::routing::{DropReason, LinkId, RouterEvent};
+use crate::routing::{DropReason, GroupId, LinkId, RouterEvent};
 
 impl Daemon {
     /// Tells what happened in the router since the last turn.
     pub(super) fn report_events(&mut self) {
         while let Some(event) = self.router.poll_event() {
-            let Some(left_out) = self.component_log.permit(self.now) else {
-                continue;
+            let limit = match event {
+                RouterEvent::NoRoute(..) => &mut self.unrouted_log,
+                _ => &mut self.component_log,
             };
-            let left_out = LeftOut(left_out);
-            match event {
-                RouterEvent::ComponentSeen(component, link) => {
-                    info!("component {component} seen on {}{left_out}", self.describe(link));
-                }
-                RouterEvent::ComponentLost(component) => {
-                    info!("component {component} lost{left_out}");
-                }
-                RouterEvent::ComponentRestarted(component, link) => {
-                    info!("component {component} restarted on {}{left_out}", self.describe(link));
-                }
+            if let Some(left_out) = limit.permit(self.now) {
+                self.report_event(event, &LeftOut(left_out));
             }
+        }
+    }
+
+    fn report_event(&self, event: RouterEvent, left_out: &LeftOut) {
+        match event {
+            RouterEvent::ComponentSeen(component, link) => {
+                info!("component {component} seen on {}{left_out}", self.describe(link));
+            }
+            RouterEvent::ComponentLost(component) => {
+                info!("component {component} lost{left_out}");
+            }
+            RouterEvent::ComponentRestarted(component, link) => {
+                info!("component {component} restarted on {}{left_out}", self.describe(link));
+            }
+            RouterEvent::InvalidSource(component, link) => {
+                let name = self.describe(link);
+                warn!(
+                    "frames from {component} on {name}: 0 is nobody, so answers cannot find it \
+                     (set its system and component id, as source_component in pymavlink){left_out}"
+                );
+            }
+            RouterEvent::NoRoute(source, target) => {
+                debug!("no route to {target}, asked by {source}{left_out}");
+            }
+            RouterEvent::PathChosen(group, member) => self.report_path(group, member, left_out),
+        }
+    }
+
+    fn report_path(&self, group: GroupId, member: Option<u16>, left_out: &LeftOut) {
+        let mut endpoints = self.io.endpoints.iter();
+        let is_its = |endpoint: &&Endpoint| endpoint.membership.is_some_and(|m| m.group == group);
+        let group = endpoints.find(is_its).and_then(|endpoint| endpoint.options().group.clone());
+        let group = group.unwrap_or_default();
+        match member.and_then(|member| self.io.endpoints.get(usize::from(member))) {
+            Some(endpoint) => {
+                info!("group {group}: sending over {} now{left_out}", endpoint.name);
+            }
+            None => info!("group {group}: no path is good; sending over all{left_out}"),
         }
     }
 
@@ -51,9 +82,9 @@ impl Daemon {
         };
         let stats = link.splitter.stats();
         let name = &self.io.endpoints[link.endpoint].name;
-        tracing::debug!(
+        debug!(
             "{name}: link {id} ({}) carried {} frames in ({} B; {} damaged, {} B of garbage) \
-             and {} out ({} B; {} refused)",
+             and {} out ({} B; {} refused); {} found no route",
             link.peer,
             counters.frames_in,
             counters.bytes_in,
@@ -62,6 +93,7 @@ impl Daemon {
             counters.frames_out,
             counters.bytes_out,
             counters[DropReason::QueueFull],
+            counters[DropReason::NoRoute],
         );
     }
 

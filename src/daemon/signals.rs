@@ -1,10 +1,10 @@
-//! SIGINT and SIGTERM, readable on a socket of the poll loop.
+//! SIGINT, SIGTERM and SIGHUP, readable on a socket of the poll loop.
 
 use std::io::{self, Read};
 use std::os::unix::net::UnixStream;
 
 use mio::{Interest, Registry, Token};
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::low_level::pipe;
 
 /// The end of the pipe that the loop watches.
@@ -21,8 +21,9 @@ impl Signals {
     pub(super) fn register(registry: &Registry, token: Token) -> io::Result<Self> {
         let (read, write) = UnixStream::pair()?;
         read.set_nonblocking(true)?;
-        pipe::register(SIGINT, write.try_clone()?)?;
-        pipe::register(SIGTERM, write)?;
+        for signal in [SIGINT, SIGTERM, SIGHUP] {
+            pipe::register(signal, write.try_clone()?)?;
+        }
         let mut pipe = mio::net::UnixStream::from_std(read);
         registry.register(&mut pipe, token, Interest::READABLE)?;
         Ok(Self { pipe })

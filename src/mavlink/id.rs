@@ -45,6 +45,8 @@ impl MessageId {
     pub const HEARTBEAT: Self = Self(0);
     /// SYSTEM_TIME: carries the time since boot, by which a reboot shows.
     pub const SYSTEM_TIME: Self = Self(2);
+    /// MISSION_ACK: the end of a mission transfer.
+    pub const MISSION_ACK: Self = Self(47);
     /// COMMAND_ACK: the answer to a command; without target fields from old senders.
     pub const COMMAND_ACK: Self = Self(77);
     /// RADIO_STATUS: a radio's report, injected on its own link (rule 46).

@@ -44,10 +44,13 @@ pub(super) struct Group {
     links: LinkSet,
     members: Vec<Member>,
     best_only: bool,
-    /// The number of the best member, and since when another one has looked better.
+    /// The number of the best member, if one is good at all; and since when another one has looked
+    /// better.
     best: Option<u16>,
     challenged: Option<(u16, Time)>,
     judged: Option<Time>,
+    /// What [`Group::take_change`] last told.
+    told: Option<u16>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -57,8 +60,8 @@ struct Member {
     links: LinkSet,
 }
 
-/// A path that was silent for so long is not good: half again the time between heartbeats.
-const SILENT: Duration = Duration::from_millis(1_500);
+/// A path that was silent for so long is not good: one heartbeat may be lost, and another is late.
+pub(super) const SILENT: Duration = Duration::from_millis(2_500);
 
 /// How long another path must look better before it is taken, as long as the old one works.
 const HYSTERESIS: Duration = Duration::from_secs(3);
@@ -105,9 +108,14 @@ impl Group {
 
     /// Where to send, if these links of the group lead to the target: to the links themselves, and
     /// to those of the other members; or to the best member only.
+    ///
+    /// While no member is good, all that were heard of late are sent to, or else simply all: one of
+    /// them may yet work in this direction. What
+    /// `is_heartbeat` is sent to all as well, for each side measures by what it hears.
     pub(super) fn expand(
         &mut self,
         links: LinkSet,
+        is_heartbeat: bool,
         now: Time,
         quality: impl Fn(LinkId) -> Quality,
     ) -> LinkSet {
@@ -115,40 +123,54 @@ impl Group {
             let own = member.links & links;
             if own.is_empty() { member.links } else { own }
         };
-        if self.best_only {
-            self.judge(now, quality);
-            let best = self.members.iter().find(|member| Some(member.number) == self.best);
-            return best.map_or(LinkSet::EMPTY, through);
+        let all = |members: &[Member]| {
+            members.iter().fold(LinkSet::EMPTY, |all, member| all | through(member))
+        };
+        if !self.best_only || is_heartbeat {
+            return all(&self.members);
         }
-        self.members.iter().fold(LinkSet::EMPTY, |all, member| all | through(member))
+        self.judge(now, &quality);
+        let best = self.members.iter().find(|member| Some(member.number) == self.best);
+        if let Some(best) = best {
+            return through(best);
+        }
+        let is_alive = |link: LinkId| quality(link).is_alive(now);
+        let alive: LinkSet = all(&self.members).iter().filter(|link| is_alive(*link)).collect();
+        if alive.is_empty() { all(&self.members) } else { alive }
+    }
+
+    /// The best member, if its path has changed since the last call; `None` in it: no path is good.
+    pub(super) fn take_change(&mut self) -> Option<Option<u16>> {
+        let has_changed = self.told != self.best;
+        self.told = self.best;
+        has_changed.then_some(self.best)
     }
 
     /// Finds the best member: at once if the old one fails, after a while if another is better.
-    fn judge(&mut self, now: Time, quality: impl Fn(LinkId) -> Quality) {
+    fn judge(&mut self, now: Time, quality: &impl Fn(LinkId) -> Quality) {
         if self.judged.is_some_and(|judged| now.since(judged) < JUDGED_EVERY) {
             return;
         }
         self.judged = Some(now);
-        let score = |member: &Member| member.score(now, &quality);
-        let Some(first) = self.members.iter().max_by_key(|member| score(member)) else {
-            self.best = None;
+        let scores = self.members.iter().map(|member| (member.score(now, quality), member.number));
+        let good = scores.filter(|(score, _)| score.is_good);
+        let first = good.clone().max_by_key(|(score, _)| *score);
+        let current = good.clone().find(|(_, number)| Some(*number) == self.best);
+        let Some((score, number)) = first else {
+            (self.best, self.challenged) = (None, None);
             return;
         };
-        let current = self.members.iter().find(|member| Some(member.number) == self.best);
-        let is_good = current.is_some_and(|member| score(member).is_good);
-        if current.is_some_and(|current| score(current) == score(first)) {
+        if current.is_some_and(|(current, _)| current == score) {
             self.challenged = None;
             return;
         }
-        let number = first.number;
         let since = match self.challenged {
             Some((challenger, since)) if challenger == number => since,
             _ => now,
         };
         self.challenged = Some((number, since));
-        if !is_good || now.since(since) >= HYSTERESIS {
-            self.best = Some(number);
-            self.challenged = None;
+        if current.is_none() || now.since(since) >= HYSTERESIS {
+            (self.best, self.challenged) = (Some(number), None);
         }
     }
 }
@@ -160,23 +182,25 @@ struct Score {
     rank: u8,
     /// In steps, so that small changes make no difference.
     delivered: u32,
-    heard: Option<Time>,
 }
 
 impl Member {
+    /// That of the best of its links.
     fn score(&self, now: Time, quality: &impl Fn(LinkId) -> Quality) -> Score {
-        let best = |a: Score, b: Score| a.max(b);
         let scores = self.links.iter().map(|link| score(quality(link), self.rank, now));
-        let none = Score { is_good: false, rank: 0, delivered: 0, heard: None };
-        scores.fold(none, best)
+        let none = Score { is_good: false, rank: 0, delivered: 0 };
+        scores.fold(none, Score::max)
+    }
+}
+
+impl Quality {
+    /// Whether something was heard of late.
+    fn is_alive(self, now: Time) -> bool {
+        self.last_heard.is_some_and(|heard| now.since(heard) < SILENT)
     }
 }
 
 fn score(quality: Quality, rank: u8, now: Time) -> Score {
-    let is_alive = quality.last_heard.is_some_and(|heard| now.since(heard) < SILENT);
-    let is_good = is_alive && quality.loss <= LOSSY && quality.backlog <= CONGESTED;
-    let delivered = (1_024 - quality.loss.min(1_024)) / 128;
-    // Of good ones it does not matter which was heard a moment before the other.
-    let heard = if is_good { None } else { quality.last_heard };
-    Score { is_good, rank, delivered, heard }
+    let is_good = quality.is_alive(now) && quality.loss <= LOSSY && quality.backlog <= CONGESTED;
+    Score { is_good, rank, delivered: (1_024 - quality.loss.min(1_024)) / 128 }
 }

@@ -7,10 +7,13 @@ use super::route_table::Heard;
 use super::router::{Router, push_event};
 use super::sequence::Sequence;
 use super::time::Time;
-use crate::mavlink::{CheckedFrame, MessageId};
+use crate::mavlink::{CheckedFrame, Component, MessageId};
 
 /// Where SYSTEM_TIME has the milliseconds since boot: four bytes.
 const BOOT_MS: [u8; 4] = [8, 9, 10, 11];
+
+/// How much later a message may come over one link than over another, in milliseconds.
+const LATE_MS: u32 = 10_000;
 
 impl Router {
     /// Learns where the source of a frame is, and counts its losses (rules 8, 24, 35 and 51).
@@ -28,8 +31,7 @@ impl Router {
     ) {
         let source = frame.header.source;
         if !source.is_valid_source() {
-            self.count(link, |counters| &mut counters.invalid_sources);
-            return;
+            return self.handle_invalid_source(link, source);
         }
         let is_new = !is_copy || self.port(link).is_some_and(Port::is_in_group);
         let teaches = frame.verified && is_new && self.may_teach(frame.header.id);
@@ -47,18 +49,33 @@ impl Router {
                 heard.is_route |= teaches;
             }
         } else if frame.verified {
-            known.heard.push(first_heard(link, frame, teaches, now));
+            let heard = first_heard(link, frame, teaches, now);
+            if !self.table.add_heard(source, heard) {
+                return self.count(link, |counters| &mut counters.unlearned);
+            }
         }
         if frame.verified {
             self.handle_verified(link, frame, lost, now);
         }
     }
 
-    /// Counts the losses before a frame that teaches nothing else: a filter keeps it out.
-    pub(super) fn count_sequence(&mut self, link: LinkId, frame: &CheckedFrame<'_>) {
+    fn handle_invalid_source(&mut self, link: LinkId, source: Component) {
+        let Some(Some(port)) = self.ports.get_mut(link.index()) else { return };
+        port.counters.invalid_sources += 1;
+        if port.counters.invalid_sources == 1 {
+            push_event(&mut self.events, RouterEvent::InvalidSource(source, link));
+        }
+    }
+
+    /// A filter keeps a frame out: it teaches no route, but it was heard, and counts.
+    pub(super) fn handle_filtered(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) {
         let known = self.table.find_mut(frame.header.source);
-        if let Some(heard) = known.and_then(|known| known.on_mut(link)) {
-            heard.sequence.handle(frame.header.seq);
+        let heard = known.and_then(|known| known.on_mut(link));
+        let lost = heard.map_or(0, |heard| heard.sequence.handle(frame.header.seq));
+        if let Some(Some(port)) = self.ports.get_mut(link.index())
+            && frame.verified
+        {
+            port.handle_heard(lost, now);
         }
     }
 
@@ -104,19 +121,21 @@ impl Router {
     fn check_restart(&mut self, link: LinkId, frame: &CheckedFrame<'_>) {
         let boot_ms = u32::from_le_bytes(BOOT_MS.map(|at| frame.payload_byte(at)));
         let source = frame.header.source;
-        let Some(known) = self.table.find_mut(source) else {
-            return;
+        let Some(known) = self.table.find_mut(source) else { return };
+        let is_before = |heard: &Heard| {
+            // Over another link, the message may just be late.
+            let late = if heard.link == link { 0 } else { LATE_MS };
+            heard.boot_ms.is_some_and(|before| boot_ms.saturating_add(late) < before)
         };
-        let Some(heard) = known.on_mut(link) else {
-            return;
-        };
-        let restarted = heard.boot_ms.is_some_and(|before| boot_ms < before);
-        heard.boot_ms = Some(boot_ms);
-        if restarted {
-            for other in known.heard.iter_mut().filter(|heard| heard.link != link) {
-                other.is_route = false;
-                other.boot_ms = None;
+        let restarted = known.heard.iter().any(is_before);
+        for heard in &mut known.heard {
+            if heard.link == link {
+                heard.boot_ms = Some(boot_ms);
+            } else if restarted {
+                (heard.is_route, heard.boot_ms) = (false, None);
             }
+        }
+        if restarted {
             push_event(&mut self.events, RouterEvent::ComponentRestarted(source, link));
         }
     }

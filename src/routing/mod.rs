@@ -28,7 +28,7 @@ pub use options::{Capacity, LOOP_WINDOW, Learn, LinkOptions, RouterEvent, Router
 pub use port::Port;
 pub use queue::{Frames, Full, Packed, Precedence, Queue, QueueLimits, fuzz_queue};
 pub use rate_limit::RateCap;
-pub use route_table::{Heard, KnownComponent, MAX_COMPONENTS, RouteTable};
+pub use route_table::{Heard, KnownComponent, MAX_COMPONENTS, MAX_HEARD, RouteTable};
 pub use router::Router;
 pub use sequence::Sequence;
 pub use time::Time;

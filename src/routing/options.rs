@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::filter::FilterLists;
-use super::group::Membership;
+use super::group::{GroupId, Membership};
 use super::link_set::LinkId;
 use super::rate_limit::RateCap;
 use crate::mavlink::Component;
@@ -109,4 +109,11 @@ pub enum RouterEvent {
     ComponentLost(Component),
     /// A component started again (rule 44).
     ComponentRestarted(Component, LinkId),
+    /// Frames come from a source that can never be found again, for one of its ids is 0 (rule 8).
+    /// Told once a link.
+    InvalidSource(Component, LinkId),
+    /// The first found nobody at the second.
+    NoRoute(Component, Component),
+    /// A group sends over this member from now on; over all of them, if none is good.
+    PathChosen(GroupId, Option<u16>),
 }

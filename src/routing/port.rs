@@ -2,7 +2,7 @@
 
 use super::counters::{DropReason, LinkCounters};
 use super::filter::Filter;
-use super::group::Quality;
+use super::group::{Quality, SILENT};
 use super::options::{Capacity, LinkOptions};
 use super::pacer::Pacer;
 use super::queue::{Frames, Precedence, Queue, QueueLimits};
@@ -65,11 +65,11 @@ impl Port {
         let header = &frame.header;
         if !self.filter_out.permits(header) {
             self.counters[DropReason::FilteredOut] += 1;
+        } else if !self.queue.has_room(frame.bytes.len(), precedence) {
+            self.counters[DropReason::QueueFull] += 1;
         } else if !self.limiter.permit(header.source, header.id, now) {
             self.counters[DropReason::RateCap] += 1;
-        } else if self.queue.push(frame.bytes, precedence).is_err() {
-            self.counters[DropReason::QueueFull] += 1;
-        } else {
+        } else if self.queue.push(frame.bytes, precedence).is_ok() {
             self.counters.frames_out += 1;
             self.counters.bytes_out += frame.bytes.len() as u64;
         }
@@ -77,8 +77,11 @@ impl Port {
 
     /// A verified frame came from this link, after so many that did not come.
     pub(super) fn handle_heard(&mut self, lost: u8, now: Time) {
+        // What did not come while nothing came at all went another way, or was never sent (rule 52).
+        let was_alive = self.last_heard.is_some_and(|heard| now.since(heard) < SILENT);
         self.last_heard = Some(now);
-        for _ in 0..lost.min(16) {
+        let lost = if was_alive { lost.min(16) } else { 0 };
+        for _ in 0..lost {
             self.loss += (1_024 - self.loss) / LOSS_MEMORY;
         }
         self.loss -= self.loss.div_ceil(LOSS_MEMORY);

@@ -19,10 +19,10 @@ pub struct Full;
 pub enum Precedence {
     /// Broadcast telemetry: the next one replaces it soon.
     Routine,
-    /// Heartbeats and acknowledgements that name nobody: somebody waits for them.
-    Priority,
-    /// Directed frames: only this one will do.
+    /// Directed frames, and answers that name nobody: only this one will do.
     Immediate,
+    /// Heartbeats and acknowledgements: few, and everything else hangs on them.
+    Flash,
 }
 
 /// How much may wait in a queue, in bytes.
@@ -30,8 +30,8 @@ pub enum Precedence {
 pub struct QueueLimits {
     /// For routine frames: what is above is kept free for the others.
     pub routine: usize,
-    /// For priority frames, likewise.
-    pub priority: usize,
+    /// For immediate frames, likewise.
+    pub immediate: usize,
     /// For all frames.
     pub total: usize,
 }
@@ -41,7 +41,7 @@ impl QueueLimits {
     /// longest frames in all.
     pub fn with_total(total: usize) -> Self {
         let total = total.max(3 * MAX_FRAME);
-        Self { routine: total * 6 / 10, priority: total * 8 / 10, total }
+        Self { routine: total * 6 / 10, immediate: total * 9 / 10, total }
     }
 }
 
@@ -63,6 +63,17 @@ impl Queue {
         Self { ring: LocalRb::new(limits.total), limits, torn: 0 }
     }
 
+    /// Whether a frame of this length fits in.
+    #[inline]
+    pub fn has_room(&self, len: usize, precedence: Precedence) -> bool {
+        let limit = match precedence {
+            Precedence::Routine => self.limits.routine,
+            Precedence::Immediate => self.limits.immediate,
+            Precedence::Flash => self.limits.total,
+        };
+        self.len() + len <= limit
+    }
+
     /// Takes a frame in, whole.
     ///
     /// # Errors
@@ -70,12 +81,7 @@ impl Queue {
     /// [`Full`] if it would pass the limit of its precedence; the queue is then as it was.
     #[inline]
     pub fn push(&mut self, frame: &[u8], precedence: Precedence) -> Result<(), Full> {
-        let limit = match precedence {
-            Precedence::Routine => self.limits.routine,
-            Precedence::Priority => self.limits.priority,
-            Precedence::Immediate => self.limits.total,
-        };
-        if self.len() + frame.len() > limit {
+        if !self.has_room(frame.len(), precedence) {
             return Err(Full);
         }
         self.ring.push_slice(frame);
@@ -132,10 +138,16 @@ impl Queue {
         self.limits
     }
 
-    /// Changes how much may wait, up to what the queue was made for. What waits already stays.
+    /// Changes how much may wait. What waits already stays, also where that is more.
     pub fn set_limits(&mut self, limits: QueueLimits) {
-        let total = limits.total.min(self.ring.capacity().get());
-        self.limits = QueueLimits { total, ..limits };
+        self.limits = limits;
+        if limits.total > self.ring.capacity().get() {
+            let mut ring = LocalRb::new(limits.total);
+            let (first, second) = self.ring.as_slices();
+            ring.push_slice(first);
+            ring.push_slice(second);
+            self.ring = ring;
+        }
     }
 
     /// The frames that wait, each in two pieces (the second mostly empty), for datagrams.
@@ -252,7 +264,7 @@ pub fn fuzz_queue(data: &[u8]) {
         if operation[0] % 2 == 0 {
             let mut frame = vec![step as u8; usize::from(operation[1]) + 12];
             frame[..3].copy_from_slice(&[crate::mavlink::STX_V2, operation[1], 0]);
-            let fits = queue.push(&frame, Precedence::Immediate).is_ok();
+            let fits = queue.push(&frame, Precedence::Flash).is_ok();
             assert_eq!(fits, model.concat().len() - sent + frame.len() <= queue.limits.total);
             model.extend(fits.then_some(frame));
         } else {
@@ -282,14 +294,28 @@ mod tests {
 
     #[test]
     fn rule_43_a_frame_goes_in_whole_or_not_at_all() {
-        let mut queue = Queue::new(QueueLimits { routine: 60, priority: 80, total: 100 });
+        let mut queue = Queue::new(QueueLimits { routine: 60, immediate: 80, total: 100 });
         assert_eq!(queue.push(&frame(38), Precedence::Routine), Ok(()));
         assert_eq!(queue.push(&frame(0), Precedence::Routine), Err(Full));
-        assert_eq!(queue.push(&frame(3), Precedence::Priority), Ok(()));
-        assert_eq!(queue.push(&frame(10), Precedence::Priority), Err(Full));
-        assert_eq!(queue.push(&frame(23), Precedence::Immediate), Ok(()));
-        assert_eq!(queue.push(&frame(0), Precedence::Immediate), Err(Full));
+        assert_eq!(queue.push(&frame(3), Precedence::Immediate), Ok(()));
+        assert_eq!(queue.push(&frame(10), Precedence::Immediate), Err(Full));
+        assert_eq!(queue.push(&frame(23), Precedence::Flash), Ok(()));
+        assert_eq!(queue.push(&frame(0), Precedence::Flash), Err(Full));
         assert_eq!(queue.len(), 100);
+    }
+
+    #[test]
+    fn a_queue_that_is_made_longer_keeps_what_waits() {
+        let mut queue = Queue::new(QueueLimits { routine: 30, immediate: 30, total: 30 });
+        queue.push(&frame(8), Precedence::Immediate).unwrap();
+        queue.consume(20);
+        queue.push(&frame(8), Precedence::Immediate).unwrap();
+        queue.consume(5);
+        queue.set_limits(QueueLimits { routine: 100, immediate: 100, total: 100 });
+        queue.push(&frame(20), Precedence::Immediate).unwrap();
+        let (first, second) = queue.as_slices();
+        assert_eq!([first, second].concat(), [&frame(8)[5..], &frame(20)].concat());
+        assert_eq!(queue.frames().count(), 1);
     }
 
     #[test]

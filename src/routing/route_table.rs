@@ -13,6 +13,9 @@ use crate::mavlink::Component;
 /// How many components are known at one time. Real systems have a few dozen.
 pub const MAX_COMPONENTS: usize = 4_096;
 
+/// How many pairs of component and link are known at one time.
+pub const MAX_HEARD: usize = 16_384;
+
 /// A component silent for this long may be forgotten for a new one when the table is full.
 const REPLACEABLE_AFTER: Duration = Duration::from_secs(10);
 
@@ -48,6 +51,8 @@ pub struct RouteTable {
     known: Vec<KnownComponent>,
     /// By system: its numbers in `known`.
     systems: Vec<Vec<u16>>,
+    /// How many pairs of component and link there are. Invariant: at most [`MAX_HEARD`].
+    heard: usize,
     /// When the table was last searched for components to replace.
     searched: Option<Time>,
 }
@@ -59,6 +64,7 @@ impl RouteTable {
             index: vec![0; 1 << 16],
             known: Vec::new(),
             systems: vec![Vec::new(); 256],
+            heard: 0,
             searched: None,
         }
     }
@@ -99,14 +105,30 @@ impl RouteTable {
         heard: Heard,
         mut lost: impl FnMut(Component),
     ) -> Result<(), TableFull> {
-        if self.known.len() == MAX_COMPONENTS {
+        if self.is_full() {
             self.make_room(heard.last, &mut lost)?;
         }
+        self.heard += 1;
         let number = self.known.len() as u16;
         self.known.push(KnownComponent { component, heard: vec![heard] });
         self.index[component.index()] = number + 1;
         self.systems[usize::from(component.system)].push(number);
         Ok(())
+    }
+
+    fn is_full(&self) -> bool {
+        self.known.len() == MAX_COMPONENTS || self.heard == MAX_HEARD
+    }
+
+    /// Adds another link to a component that is known; says whether there was room.
+    pub(super) fn add_heard(&mut self, component: Component, heard: Heard) -> bool {
+        if self.heard == MAX_HEARD {
+            return false;
+        }
+        let Some(known) = self.find_mut(component) else { return false };
+        known.heard.push(heard);
+        self.heard += 1;
+        true
     }
 
     /// Forgets what was heard wherever `is_over`; `lost` is told of components that are left
@@ -119,7 +141,9 @@ impl RouteTable {
         let mut number = 0;
         while number < self.known.len() {
             let known = &mut self.known[number];
+            let before = known.heard.len();
             known.heard.retain(|heard| !is_over(heard));
+            self.heard -= before - known.heard.len();
             if known.heard.is_empty() {
                 lost(known.component);
                 self.remove(number);
@@ -138,7 +162,7 @@ impl RouteTable {
         }
         self.searched = Some(now);
         self.forget(|heard| now.since(heard.last) >= REPLACEABLE_AFTER, lost);
-        if self.known.len() < MAX_COMPONENTS { Ok(()) } else { Err(TableFull) }
+        if self.is_full() { Err(TableFull) } else { Ok(()) }
     }
 
     /// Takes out a component; the last one moves to its number.

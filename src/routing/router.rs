@@ -4,13 +4,13 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::counters::{DropReason, LinkCounters};
-use super::dedup::Dedup;
-use super::group::{Group, Quality};
+use super::dedup::{CopyFrom, Dedup};
+use super::group::{Group, GroupId, Quality};
 use super::link_set::{LinkId, LinkSet, MAX_LINKS};
 use super::options::{LOOP_WINDOW, LinkOptions, RouterEvent, RouterOptions};
 use super::port::Port;
 use super::queue::Precedence;
-use super::route_table::RouteTable;
+use super::route_table::{Heard, RouteTable};
 use super::time::Time;
 use crate::mavlink::{CheckedFrame, Component, MessageId};
 
@@ -35,6 +35,9 @@ pub struct Router {
     /// When routes may be too old.
     pub(super) next_aging: Option<Time>,
 }
+
+/// A frame that goes round comes again within this time.
+const RING_WINDOW: Duration = Duration::from_secs(2);
 
 /// How many events wait to be fetched; what comes on top is not told.
 const MAX_EVENTS: usize = 64;
@@ -112,13 +115,9 @@ impl Router {
         port.counters.bytes_in += frame.bytes.len() as u64;
         if !port.takes(frame) {
             port.counters[DropReason::FilteredIn] += 1;
-            return self.count_sequence(link, frame);
+            return self.handle_filtered(link, frame, now);
         }
-        // What teaches no route would go round in a ring for ever but for its bytes.
-        let is_learnable = frame.verified && frame.header.source.is_valid_source();
-        let window = if is_learnable { port.options.dedup } else { Some(LOOP_WINDOW) };
-        let is_copy =
-            window.is_some_and(|window| self.dedup.is_copy(frame.bytes, link, window, now));
+        let is_copy = self.is_copy(link, frame, now);
         self.learn(link, frame, is_copy, now);
         if is_copy {
             return self.count_drop(link, DropReason::Duplicate);
@@ -129,6 +128,31 @@ impl Router {
         }
     }
 
+    /// Whether a frame has come already, by another way or round a ring (rule 49).
+    ///
+    /// The loop rule alone does not end every ring: where frames go round one way, each router but
+    /// the first hears their source on one side only. So the bytes of a source's frames are
+    /// remembered while it is heard on several links; and those of frames that teach no route.
+    #[inline]
+    fn is_copy(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) -> bool {
+        let option = self.port(link).and_then(|port| port.options.dedup);
+        let source = frame.header.source;
+        let (window, from) = if self.is_heard_on_several_links(source, now) {
+            (Some(option.unwrap_or_default().max(RING_WINDOW)), CopyFrom::AnyLink)
+        } else if frame.verified && source.is_valid_source() {
+            (option, CopyFrom::OtherLinks)
+        } else {
+            (Some(LOOP_WINDOW), CopyFrom::OtherLinks)
+        };
+        window.is_some_and(|window| self.dedup.is_copy(frame.bytes, link, from, window, now))
+    }
+
+    fn is_heard_on_several_links(&self, source: Component, now: Time) -> bool {
+        let Some(known) = self.table.find(source) else { return false };
+        let is_recent = |heard: &&Heard| now.since(heard.last) < LOOP_WINDOW;
+        known.heard.len() > 1 && known.heard.iter().filter(is_recent).nth(1).is_some()
+    }
+
     /// Where a frame from `link` goes, whether or not there is room (rules 33-39, 47 and 49).
     fn destinations(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) -> LinkSet {
         let mut destinations =
@@ -136,31 +160,57 @@ impl Router {
         destinations.remove(link);
         if destinations.is_empty() && frame.is_directed() {
             self.count_drop(link, DropReason::NoRoute);
+            let event = RouterEvent::NoRoute(frame.header.source, frame.target);
+            push_event(&mut self.events, event);
         }
         if self.has_sniffers {
             destinations = destinations | self.sniffers(now);
             destinations.remove(link);
         }
         if !self.groups.is_empty() {
-            destinations = self.choose_paths(link, destinations, now);
+            let is_heartbeat = frame.header.id == MessageId::HEARTBEAT;
+            destinations = self.choose_paths(link, destinations, is_heartbeat, now);
         }
-        if let Some(source) = self.table.find(frame.header.source) {
-            for heard in &source.heard {
-                let is_recent = now.since(heard.last) < LOOP_WINDOW;
-                if is_recent && destinations.contains(heard.link) {
-                    destinations.remove(heard.link);
-                    count_drop(&mut self.ports, heard.link, DropReason::Loop);
-                }
-            }
-        }
+        self.apply_loop_rule(link, frame, &mut destinations, now);
         if frame.header.id == MessageId::SETUP_SIGNING {
             destinations = self.permit_setup_signing(link, destinations);
         }
         destinations
     }
 
+    /// Rule 49: takes out the links on which the source was just heard, and those that lead the same
+    /// way.
+    fn apply_loop_rule(
+        &mut self,
+        link: LinkId,
+        frame: &CheckedFrame<'_>,
+        destinations: &mut LinkSet,
+        now: Time,
+    ) {
+        let Some(source) = self.table.find(frame.header.source) else { return };
+        for heard in &source.heard {
+            if heard.link == link || now.since(heard.last) >= LOOP_WINDOW {
+                continue;
+            }
+            let port = self.ports[heard.link.index()].as_ref();
+            let group = port.and_then(|port| port.options.membership).map(|m| m.group.0);
+            let same_way = group.and_then(|group| self.groups.get(usize::from(group)));
+            let muted = same_way.map_or_else(|| LinkSet::of(heard.link), Group::links);
+            if !(*destinations & muted).is_empty() {
+                *destinations = *destinations - muted;
+                count_drop(&mut self.ports, heard.link, DropReason::Loop);
+            }
+        }
+    }
+
     /// Leaves out the sender's group, and lets each other group choose its paths.
-    fn choose_paths(&mut self, link: LinkId, candidates: LinkSet, now: Time) -> LinkSet {
+    fn choose_paths(
+        &mut self,
+        link: LinkId,
+        candidates: LinkSet,
+        is_heartbeat: bool,
+        now: Time,
+    ) -> LinkSet {
         let own = self.port(link).and_then(|port| port.options.membership);
         let mut chosen = candidates;
         let ports = &self.ports;
@@ -172,7 +222,12 @@ impl Router {
             chosen = chosen - group.links();
             let is_own = own.is_some_and(|own| usize::from(own.group.0) == number);
             if !is_own && !through.is_empty() {
-                chosen = chosen | group.expand(through, now, quality);
+                chosen = chosen | group.expand(through, is_heartbeat, now, quality);
+                if let Some(member) = group.take_change() {
+                    // At most 256, as there are no more group numbers.
+                    let group = GroupId(number as u8);
+                    push_event(&mut self.events, RouterEvent::PathChosen(group, member));
+                }
             }
         }
         chosen
@@ -328,25 +383,15 @@ pub(super) fn push_event(events: &mut VecDeque<RouterEvent>, event: RouterEvent)
 /// What somebody waits for, and what the next frame replaces.
 #[inline]
 fn precedence(frame: &CheckedFrame<'_>) -> Precedence {
-    if frame.is_directed() {
-        Precedence::Immediate
-    } else if PRIORITY.contains(&frame.header.id) {
-        Precedence::Priority
-    } else {
-        Precedence::Routine
+    match frame.header.id {
+        MessageId::HEARTBEAT | MessageId::COMMAND_ACK | MessageId::MISSION_ACK => Precedence::Flash,
+        id if frame.is_directed() || ANSWERS.contains(&id) => Precedence::Immediate,
+        _ => Precedence::Routine,
     }
 }
 
-/// Messages that may come without a target though somebody waits for them: HEARTBEAT, PARAM_VALUE,
-/// MISSION_ACK, COMMAND_ACK, PARAM_EXT_VALUE, PARAM_EXT_ACK.
-const PRIORITY: [MessageId; 6] = [
-    MessageId::HEARTBEAT,
-    MessageId(22),
-    MessageId(47),
-    MessageId::COMMAND_ACK,
-    MessageId(322),
-    MessageId(324),
-];
+/// Answers that may come without a target: PARAM_VALUE, PARAM_EXT_VALUE, PARAM_EXT_ACK.
+const ANSWERS: [MessageId; 3] = [MessageId(22), MessageId(322), MessageId(324)];
 
 // The number of a link indexes a table of at most this length.
 const _: () = assert!(MAX_LINKS <= u16::MAX as usize);

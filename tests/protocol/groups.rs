@@ -4,7 +4,7 @@ use crate::frames::frame;
 use crate::network::*;
 use mavswitch::mavlink::{Component, Version};
 use mavswitch::routing::{
-    DropReason, GroupId, LinkId, LinkOptions, Membership, RouterOptions, Time,
+    DropReason, GroupId, LinkId, LinkOptions, Membership, RouterEvent, RouterOptions, Time,
 };
 use std::time::Duration;
 
@@ -102,7 +102,9 @@ fn the_best_path_is_the_preferred_one_while_it_is_good() {
     let mut seq = 0;
     fly(&mut network, 5, &[radio, modem], &mut seq);
     assert_eq!(network.hears(station, &command(STATION, VEHICLE)), [radio]);
-    assert_eq!(network.hears(station, &heartbeat(STATION)), [radio], "the modem idles");
+    assert_eq!(network.hears(station, &attitude(STATION, 1)), [radio], "the modem idles");
+    let both = network.hears(station, &heartbeat(STATION));
+    assert_eq!(both, [radio, modem], "but for what keeps it known");
 }
 
 #[test]
@@ -110,7 +112,7 @@ fn a_silent_path_is_left_at_once_and_taken_again_after_a_while() {
     let (mut network, [radio, modem, station]) = two_paths(true);
     let mut seq = 0;
     fly(&mut network, 5, &[radio, modem], &mut seq);
-    fly(&mut network, 2, &[modem], &mut seq);
+    fly(&mut network, 3, &[modem], &mut seq);
     assert_eq!(network.hears(station, &command(STATION, VEHICLE)), [modem]);
     fly(&mut network, 1, &[radio, modem], &mut seq);
     assert_eq!(network.hears(station, &command(STATION, VEHICLE)), [modem], "not so fast");
@@ -121,6 +123,35 @@ fn a_silent_path_is_left_at_once_and_taken_again_after_a_while() {
         network.hears(station, &heartbeat(STATION));
     }
     assert_eq!(network.hears(station, &command(STATION, VEHICLE)), [radio]);
+}
+
+#[test]
+fn while_no_path_is_good_all_are_sent_to() {
+    let (mut network, [radio, modem, station]) = two_paths(true);
+    let mut seq = 0;
+    assert_eq!(network.hears(station, &attitude(STATION, 1)), [radio, modem], "none was heard");
+    fly(&mut network, 5, &[radio], &mut seq);
+    assert_eq!(network.hears(station, &command(STATION, VEHICLE)), [radio]);
+    network.pass(3);
+    assert_eq!(network.hears(station, &command(STATION, VEHICLE)), [radio, modem]);
+    fly(&mut network, 1, &[modem], &mut seq);
+    assert_eq!(network.hears(station, &command(STATION, VEHICLE)), [modem]);
+}
+
+#[test]
+fn a_change_of_path_is_told() {
+    let (mut network, [radio, modem, station]) = two_paths(true);
+    let mut seq = 0;
+    fly(&mut network, 5, &[radio, modem], &mut seq);
+    network.hears(station, &command(STATION, VEHICLE));
+    network.router.remove_link(radio);
+    network.hears(station, &command(STATION, VEHICLE));
+    let events = std::iter::from_fn(|| network.router.poll_event());
+    let paths = events.filter_map(|event| match event {
+        RouterEvent::PathChosen(_, member) => Some(member),
+        _ => None,
+    });
+    assert_eq!(paths.collect::<Vec<_>>(), [Some(RADIO), Some(MODEM)]);
 }
 
 #[test]

@@ -3,13 +3,13 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod defects;
 mod every_message;
 mod filters;
 mod frames;
 mod groups;
 mod loops;
 mod network;
+mod regressions;
 mod routing;
 mod streams;
 mod vectors;

@@ -81,7 +81,11 @@ fn rule_8_a_source_of_zero_is_forwarded_and_not_learned() {
     for source in [Component::new(0, 1), Component::new(1, 0)] {
         let (mut network, [radio, station]) = Network::with_links();
         assert_eq!(network.hears(radio, &attitude(source, 0)), [station]);
-        assert_eq!(network.counters(radio).invalid_sources, 1);
+        network.hears(radio, &attitude(source, 1));
+        assert_eq!(network.counters(radio).invalid_sources, 2);
+        let told = network.router.poll_event();
+        assert_eq!(told, Some(RouterEvent::InvalidSource(source, radio)), "once");
+        assert_eq!(network.router.poll_event(), None);
         assert!(network.router.table().components().is_empty());
     }
 }
@@ -222,7 +226,7 @@ fn learning_can_be_left_to_heartbeats() {
 }
 
 #[test]
-fn rule_43_a_full_queue_refuses_whole_frames_and_keeps_room_for_directed_ones() {
+fn rule_43_a_full_queue_refuses_whole_frames_and_keeps_room_for_what_matters_more() {
     let mut network = Network::new(RouterOptions::default());
     let capacity = Capacity::Bytes(1_000);
     let slow = network.link_with(LinkOptions { capacity, ..LinkOptions::default() });
@@ -235,10 +239,12 @@ fn rule_43_a_full_queue_refuses_whole_frames_and_keeps_room_for_directed_ones() 
     for _ in 0..9 {
         network.receive(radio, &command(VEHICLE, STATION));
     }
-    assert_eq!(network.counters(slow)[DropReason::QueueFull], 5 + 1);
+    network.receive(radio, &heartbeat(CAMERA));
+    assert_eq!(network.counters(slow)[DropReason::QueueFull], 5 + 3);
     let mut expected: Vec<Vec<u8>> = (0..15).map(|seq| attitude(VEHICLE, seq)).collect();
     expected.push(heartbeat(VEHICLE));
-    expected.extend(vec![command(VEHICLE, STATION); 8]);
+    expected.extend(vec![command(VEHICLE, STATION); 6]);
+    expected.push(heartbeat(CAMERA));
     assert_eq!(network.sent(slow), expected.concat(), "first in, first out");
 }
 

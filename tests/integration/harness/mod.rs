@@ -3,28 +3,38 @@
 //! Nothing here sleeps where it can wait for an event, and nothing fails because a machine is slow:
 //! [`PATIENCE`] is an upper bound for things that are to happen, never a measure.
 
+mod again;
+mod condition;
 mod cutter;
 mod dir;
 mod frames;
 mod log;
 mod marks;
+mod names;
+mod network;
 mod noise;
 mod peer;
 mod process;
 mod pty;
 mod router;
+mod schedule;
 mod tcp;
 mod udp;
 
 use std::time::Duration;
 
+pub(crate) use again::{Actor, in_own_namespaces, part, sh};
+pub(crate) use condition::{Condition, assert_rests};
 pub(crate) use dir::TempDir;
 pub(crate) use frames::*;
+pub(crate) use names::Names;
+pub(crate) use network::{FAR, FarNetwork, NEAR};
 pub(crate) use noise::Noise;
 pub(crate) use peer::{Peer, Wire, source_of};
 pub(crate) use process::eventually;
-pub(crate) use pty::Pty;
+pub(crate) use pty::{Pty, PtyWire};
 pub(crate) use router::{PROGRAM, Router, run};
+pub(crate) use schedule::{Lateness, Schedule, millis, quantile};
 pub(crate) use tcp::{TcpServer, TcpWire, blackhole};
 pub(crate) use udp::{UdpWire, roomy_udp_socket};
 

@@ -166,6 +166,13 @@ impl<W: Wire> Peer<W> {
 
     /// Waits for the end of the link; only whole frames may come before it.
     pub(crate) fn receive_to_end(&mut self) -> Vec<Vec<u8>> {
+        let frames = self.receive_to_cut();
+        assert!(self.cutter.is_empty(), "the link ended within a frame");
+        frames
+    }
+
+    /// The same where the last frame may be cut short, as when the connection is given up.
+    pub(crate) fn receive_to_cut(&mut self) -> Vec<Vec<u8>> {
         let deadline = Instant::now() + PATIENCE;
         let mut frames = Vec::new();
         loop {
@@ -175,10 +182,7 @@ impl<W: Wire> Peer<W> {
             assert!(Instant::now() < deadline, "the link stays open");
             match self.fill(deadline) {
                 Received::Bytes(_) | Received::Nothing => {}
-                Received::Closed => {
-                    assert!(self.cutter.is_empty(), "the link ended within a frame");
-                    return frames;
-                }
+                Received::Closed => return frames,
             }
         }
     }

@@ -1,6 +1,7 @@
 //! What the kernel says about a running program: memory, descriptors, processor time.
 
 use std::fs;
+use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -33,6 +34,19 @@ impl Process {
         let mut ticks = || -> u64 { fields.next().expect("ticks").parse().expect("a number") };
         let ticks = ticks() + ticks();
         Duration::from_millis(ticks * 1000 / rustix::param::clock_ticks_per_second())
+    }
+
+    /// How often it, all its threads together, has gone to sleep of its own will.
+    pub(crate) fn wakeups(self) -> u64 {
+        let threads = fs::read_dir(format!("/proc/{}/task", self.0)).expect("the process runs");
+        let of_thread = |path: PathBuf| {
+            // A thread may end while we look.
+            let status = fs::read_to_string(path.join("status")).unwrap_or_default();
+            let count =
+                status.lines().find_map(|line| line.strip_prefix("voluntary_ctxt_switches:"));
+            count.map_or(0, |count| count.trim().parse().expect("a number"))
+        };
+        threads.flatten().map(|thread| of_thread(thread.path())).sum()
     }
 
     fn read(self, file: &str) -> String {

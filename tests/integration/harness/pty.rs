@@ -55,6 +55,20 @@ impl Pty {
 }
 
 impl PtyWire {
+    /// The baud rate that the other side has set.
+    pub(crate) fn baud(&self) -> u32 {
+        tcgetattr(&self.master).expect("settings").output_speed()
+    }
+
+    /// Takes out at most as many bytes as `buffer` holds, without waiting.
+    pub(crate) fn take(&mut self, buffer: &mut [u8]) -> usize {
+        match read(&self.master, buffer) {
+            Ok(count) => count,
+            Err(Errno::AGAIN | Errno::INTR) => 0,
+            Err(error) => panic!("reading from the terminal: {error}"),
+        }
+    }
+
     /// Waits until the terminal can do `what`.
     fn wait(&self, what: PollFlags, timeout: Duration) -> bool {
         let timeout = Timespec::try_from(timeout).expect("a time limit");

@@ -31,27 +31,36 @@ impl Router {
         router
     }
 
+    /// The same with no more descriptors than that.
+    pub(crate) fn start_limited(descriptors: usize, arguments: &[&str]) -> Self {
+        let mut command = Command::new("sh");
+        command.args(["-c", &format!("ulimit -n {descriptors} && exec \"$0\" \"$@\""), PROGRAM]);
+        let router = Self::spawn(&mut command, false, arguments);
+        router.log.wait_for(&["ready"]);
+        router
+    }
+
     /// Starts the router and waits for nothing.
     pub(crate) fn launch(arguments: &[&str]) -> Self {
-        Self::spawn(None, false, arguments)
+        Self::spawn(&mut Command::new(PROGRAM), false, arguments)
     }
 
     /// The same with a log that holds little while nobody reads it.
     pub(crate) fn launch_with_narrow_log(arguments: &[&str]) -> Self {
-        Self::spawn(None, true, arguments)
+        Self::spawn(&mut Command::new(PROGRAM), true, arguments)
     }
 
     /// The same as another user, if one is given.
     pub(crate) fn launch_as(user: Option<u32>, arguments: &[&str]) -> Self {
-        Self::spawn(user, false, arguments)
-    }
-
-    fn spawn(user: Option<u32>, narrow: bool, arguments: &[&str]) -> Self {
         let mut command = Command::new(PROGRAM);
-        command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         if let Some(user) = user {
             command.uid(user).gid(user);
         }
+        Self::spawn(&mut command, false, arguments)
+    }
+
+    fn spawn(command: &mut Command, narrow: bool, arguments: &[&str]) -> Self {
+        command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         let mut child = command.spawn().expect("the program starts");
         let errors = child.stderr.take().expect("its standard error");
         if narrow {

@@ -86,8 +86,12 @@ pub(crate) struct TcpServer {
 impl TcpServer {
     /// A port with nobody listening.
     pub(crate) fn down() -> Self {
-        let any: SocketAddr = "127.0.0.1:0".parse().expect("an address");
-        Self { reservation: reusable(&any.into()).expect("a free port"), listener: None }
+        Self::at("127.0.0.1:0".parse().expect("an address"))
+    }
+
+    /// The same at an address that is to be had, or that another such server keeps.
+    pub(crate) fn at(address: SocketAddr) -> Self {
+        Self { reservation: reusable(&address.into()).expect("a free port"), listener: None }
     }
 
     /// Its address, up or down.

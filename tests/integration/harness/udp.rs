@@ -25,6 +25,16 @@ impl UdpWire {
         Self { socket, router: Some(router), last: None }
     }
 
+    /// A socket that exists already, and sends to `router`.
+    pub(crate) fn between(socket: UdpSocket, router: SocketAddr) -> Self {
+        Self { socket, router: Some(router), last: None }
+    }
+
+    /// Whether it knows where to send before it has been sent to.
+    pub(crate) fn may_speak_first(&self) -> bool {
+        self.router.is_some()
+    }
+
     /// A socket at which the router is to call: it answers whoever sent last.
     pub(crate) fn awaiting(socket: UdpSocket) -> Self {
         Self { socket, router: None, last: None }
