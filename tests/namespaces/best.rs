@@ -1,4 +1,6 @@
-//! One group of two paths, the better of which is used: the other costs nothing while it is.
+//! One group of two paths, the better of which is used: the other costs next to nothing while it is.
+//!
+//! Heartbeats go over both, for each side measures a path by what it hears there.
 
 use std::time::{Duration, Instant};
 
@@ -35,31 +37,36 @@ fn sent_into(field: &Field, path: Path) -> u64 {
     [End::Air, End::Ground].map(|end| field.traffic(path, end).sent).iter().sum()
 }
 
-/// Waits until a path carries nothing for as long as a good deal goes over the other.
+/// What two sides that say who they are once a second say in this time, at most.
+fn heartbeats_in(time: Duration) -> u64 {
+    2 * (time.as_secs() + 2)
+}
+
+/// Waits until a path carries nothing but heartbeats while commands and telemetry flow.
 fn wait_until_idle(field: &Field, path: Path, progress: &Progress) {
     eventually(&format!("{path:?} idles"), || {
-        let before = sent_into(field, path);
+        let (start, before) = (Instant::now(), sent_into(field, path));
         progress.wait_for(10);
-        sent_into(field, path) == before
+        sent_into(field, path) - before <= heartbeats_in(start.elapsed())
     });
 }
 
 #[test]
-fn while_the_preferred_path_is_good_the_other_carries_nothing() {
+fn while_the_preferred_path_is_good_the_other_carries_heartbeats_and_no_more() {
     let Some(field) = Field::new() else { return };
     let mut pair = start(&field);
-    let mut carried = [0, 0];
+    let (mut carried, mut time) = ([0, 0], Duration::ZERO);
     let reports = fly(&mut pair.vehicle, &mut pair.station, RATES, |progress| {
         wait_until_idle(&field, Path::Two, progress);
-        let before = Path::BOTH.map(|path| sent_into(&field, path));
+        let (start, before) = (Instant::now(), Path::BOTH.map(|path| sent_into(&field, path)));
         progress.wait_for(PART);
         let after = Path::BOTH.map(|path| sent_into(&field, path));
-        carried = [after[0] - before[0], after[1] - before[1]];
+        (carried, time) = ([after[0] - before[0], after[1] - before[1]], start.elapsed());
     });
     let [one, two] = carried;
     say(&format!("{one} packets on the preferred path, {two} on the other"));
     assert!(one >= 2 * PART as u64, "only {one} on the preferred path");
-    assert_eq!(two, 0, "packets on the other path");
+    assert!(two <= heartbeats_in(time), "{two} on the other path in {time:.1?}");
     for report in &reports {
         assert_eq!(report.lost(), [], "lost");
         assert_eq!(report.copies(), [], "delivered again");
@@ -67,7 +74,6 @@ fn while_the_preferred_path_is_good_the_other_carries_nothing() {
 }
 
 #[test]
-#[ignore = "with path=best at both ends a path that nothing comes over is never taken"]
 fn after_a_cut_the_other_path_is_taken_and_the_preferred_one_again_when_it_is_back() {
     let Some(field) = Field::new() else { return };
     let mut pair = start(&field);
@@ -90,7 +96,6 @@ fn after_a_cut_the_other_path_is_taken_and_the_preferred_one_again_when_it_is_ba
 }
 
 #[test]
-#[ignore = "with path=best at both ends a path that nothing comes over is never taken"]
 fn a_cut_at_the_far_end_is_noticed_as_well() {
     let Some(field) = Field::new() else { return };
     let mut pair = start(&field);

@@ -129,25 +129,21 @@ const TWICE: &[(usize, usize)] = &[(0, 1), (0, 1)];
 const RING: &[(usize, usize)] = &[(0, 2), (0, 1), (1, 2)];
 
 #[test]
-#[ignore = "a frame may go round one way for ever"]
 fn two_routers_joined_by_two_links_make_no_storm_and_heal() {
     Mesh::new(2, TWICE).check();
 }
 
 #[test]
-#[ignore = "a frame may go round one way for ever"]
 fn three_routers_in_a_ring_make_no_storm_and_heal() {
     Mesh::new(3, RING).check();
 }
 
 #[test]
-#[ignore = "a frame may go round one way for ever"]
 fn a_loss_between_two_routers_starts_no_storm() {
     Mesh::new(2, TWICE).check_after_loss();
 }
 
 #[test]
-#[ignore = "a frame may go round one way for ever"]
 fn a_loss_in_a_ring_starts_no_storm() {
     Mesh::new(3, RING).check_after_loss();
 }

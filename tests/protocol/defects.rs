@@ -1,0 +1,74 @@
+//! Inputs that were found to go wrong in a review, each as a test that fails until it is mended.
+//!
+//! `cargo test --test protocol -- --ignored defects` shows which are left. A test that passes loses
+//! its `ignore` and moves to `regressions`.
+
+use crate::frames::frame;
+use crate::network::*;
+use mavswitch::mavlink::{Component, MessageId, Version};
+use mavswitch::routing::{Capacity, GroupId, LinkOptions, MAX_HEARD, Membership, RouterOptions};
+use std::time::Duration;
+
+/// A sender that counts nothing, as home-made ones do, says the same ten times a second over both
+/// paths of a group. Each time is news.
+#[test]
+#[ignore = "a source that is heard on both links of a group is taken for one in a ring"]
+fn who_repeats_itself_over_two_paths_is_heard_each_time() {
+    let mut network = Network::new(RouterOptions::default());
+    let [radio, modem] = [1, 2].map(|member| {
+        let membership = Membership { group: GroupId(0), member, rank: 0, best_only: false };
+        network.link_with(LinkOptions {
+            membership: Some(membership),
+            dedup: Some(Duration::from_millis(500)),
+            ..LinkOptions::default()
+        })
+    });
+    let vehicle = network.link();
+    for _ in 0..100 {
+        network.now = network.now + Duration::from_millis(100);
+        network.receive(radio, &heartbeat(STATION));
+        network.receive(modem, &heartbeat(STATION));
+        network.delivered();
+    }
+    assert_eq!(network.counters(vehicle).frames_out, 100, "in ten seconds");
+}
+
+/// A flood has filled the table and is over; then the vehicle comes by another link than before.
+#[test]
+#[ignore = "room is made for new components, and not for known ones on new links"]
+fn after_a_flood_a_component_is_found_on_another_link() {
+    let mut network = Network::new(RouterOptions::default());
+    let links: Vec<_> = (0..8).map(|_| network.link()).collect();
+    let (before, after, station) = (links[0], links[1], links[2]);
+    network.hears(before, &heartbeat(VEHICLE));
+    for number in 0..MAX_HEARD / 5 {
+        let [system, component] = [10 + number / 200, 1 + number % 200].map(|id| id as u8);
+        for link in &links[2..] {
+            network.receive(*link, &heartbeat(Component::new(system, component)));
+        }
+        network.delivered();
+    }
+    for _ in 0..20 {
+        network.pass(1);
+        network.hears(after, &heartbeat(VEHICLE));
+    }
+    let hears = network.hears(station, &command(STATION, VEHICLE));
+    assert!(hears.contains(&after), "only {hears:?}");
+}
+
+/// A radio whose RADIO_STATUS nobody shall see still says how much it takes.
+#[test]
+#[ignore = "what is filtered slows no link down"]
+fn a_radio_is_listened_to_though_its_status_is_filtered() {
+    let mut network = Network::new(RouterOptions::default());
+    let mut options = LinkOptions {
+        capacity: Capacity::Paced { rate: 5_760, queue_time: Duration::from_millis(250) },
+        ..LinkOptions::default()
+    };
+    options.filter_in.block_messages = vec![MessageId::RADIO_STATUS];
+    let radio = network.link_with(options);
+    let source = Component::new(51, 68);
+    network
+        .receive(radio, &frame(Version::V1, 0, source, (109, 185), &[0, 0, 0, 0, 9, 9, 10, 9, 9]));
+    assert!(network.router.port(radio).unwrap().rate().unwrap() < 5_760);
+}
