@@ -1,12 +1,15 @@
 //! The command line, declared once: the parser, `--help`, man page and completions derive from it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::config::EndpointConfig;
-use crate::routing::{Learn, RouterOptions};
+use crate::config::{
+    self, CONFIG_DIR, Config, ConfigError, Endpoint, EndpointConfig, General, LogFormat, LogLevel,
+    default_files, load_config,
+};
+use crate::routing::Learn;
 
 /// Routes MAVLink frames between autopilot, radios, onboard programs and ground stations.
 ///
@@ -39,6 +42,14 @@ pub enum Command {
     },
     /// List the serial ports of this computer: what each one is, and whether you may open it
     Ports,
+    /// Check a configuration file, and tell what it means and what is missing; opens no endpoint
+    Check {
+        /// The file; without it, those in /etc/mavswitch
+        #[arg(value_name = "FILE")]
+        file: Option<PathBuf>,
+    },
+    /// Print the effective configuration, of files and command line together, as a file
+    Config(Box<RouteArgs>),
 }
 
 /// What to route, and how.
@@ -60,17 +71,28 @@ pub struct RouteArgs {
     #[arg(value_name = "ENDPOINT", verbatim_doc_comment)]
     pub endpoints: Vec<EndpointConfig>,
 
-    /// Learn routes from every frame, or from HEARTBEAT only
-    #[arg(long, value_name = "FROM", default_value = "all")]
-    pub learn: LearnFrom,
+    /// Read this configuration file, and not those in /etc/mavswitch
+    ///
+    /// Without it, /etc/mavswitch/mavswitch.toml is read if it is there, and then
+    /// /etc/mavswitch/conf.d/*.toml in the order of their names. What the command line says
+    /// overrides the files; its endpoints add to theirs.
+    #[arg(short, long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+
+    /// Learn routes from every frame, or from HEARTBEAT only [default: all]
+    #[arg(long, value_name = "FROM")]
+    pub learn: Option<LearnFrom>,
 
     /// Send nothing to components that were never heard, not even to their system's links
-    #[arg(long)]
-    pub strict: bool,
+    ///
+    /// `--strict=false` overrides a configuration file.
+    #[arg(long, value_name = "YES", num_args = 0..=1, require_equals = true,
+          default_missing_value = "true", hide_possible_values = true)]
+    pub strict: Option<bool>,
 
-    /// Forget a route that was silent for so many seconds; 0: never
-    #[arg(long, value_name = "SECONDS", default_value = "300", value_parser = seconds)]
-    pub route_age: Duration,
+    /// Forget a route that was silent for so many seconds; 0: never [default: 300]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub route_age: Option<Duration>,
 
     /// Send everything to the links on which this system id is heard, whoever it is for
     #[arg(long, value_name = "SYSTEM", value_parser = clap::value_parser!(u8).range(1..))]
@@ -92,9 +114,9 @@ pub struct LogArgs {
     #[arg(short, long, action = clap::ArgAction::Count, global = true)]
     pub quiet: u8,
 
-    /// How log lines look
-    #[arg(long, value_name = "FORMAT", default_value = "text", global = true)]
-    pub log_format: LogFormat,
+    /// How log lines look [default: text]
+    #[arg(long, value_name = "FORMAT", global = true)]
+    pub log_format: Option<LogFormat>,
 }
 
 /// Which frames teach routes.
@@ -106,35 +128,72 @@ pub enum LearnFrom {
     Heartbeat,
 }
 
-/// How log lines look.
-#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug)]
-pub enum LogFormat {
-    /// One line of text for each event, with the time
-    Text,
-    /// One JSON object for each event
-    Json,
-    /// One line of text without the time, for a log that adds its own
-    Plain,
+impl Cli {
+    /// What is configured: by files, and by the command line, which overrides them.
+    ///
+    /// # Errors
+    ///
+    /// If a file cannot be read or is wrong.
+    pub fn config(&self) -> Result<Config, ConfigError> {
+        let route = match &self.command {
+            Some(Command::Config(route)) => route,
+            _ => &self.route,
+        };
+        let mut config = load_config(&config_files(route.config.as_deref())?)?;
+        route.apply_to(&mut config);
+        self.log.apply_to(&mut config.general);
+        Ok(config)
+    }
+}
+
+/// The configuration files to read: the one that was named, else those that are there.
+///
+/// # Errors
+///
+/// If the directory of them cannot be read.
+pub fn config_files(named: Option<&Path>) -> Result<Vec<PathBuf>, ConfigError> {
+    match named {
+        Some(file) => Ok(vec![file.to_owned()]),
+        None => default_files(Path::new(CONFIG_DIR)),
+    }
 }
 
 impl RouteArgs {
-    /// How the router shall route.
-    pub fn router_options(&self) -> RouterOptions {
-        RouterOptions {
-            learn: match self.learn {
-                LearnFrom::All => Learn::All,
-                LearnFrom::Heartbeat => Learn::Heartbeat,
-            },
-            strict: self.strict,
-            route_age: (!self.route_age.is_zero()).then_some(self.route_age),
-            sniffer: self.sniffer,
+    /// Adds what stands here to what the files say, and overrides it.
+    fn apply_to(&self, config: &mut Config) {
+        let router = &mut config.general.router;
+        match self.learn {
+            Some(LearnFrom::All) => router.learn = Learn::All,
+            Some(LearnFrom::Heartbeat) => router.learn = Learn::Heartbeat,
+            None => {}
         }
+        router.strict = self.strict.unwrap_or(router.strict);
+        if let Some(age) = self.route_age {
+            router.route_age = (!age.is_zero()).then_some(age);
+        }
+        router.sniffer = self.sniffer.or(router.sniffer);
+        if !self.dialect.is_empty() {
+            config.general.dialect.clone_from(&self.dialect);
+        }
+        config.endpoints.extend(self.endpoints.iter().cloned().map(Endpoint::from));
+    }
+}
+
+impl LogArgs {
+    fn apply_to(&self, general: &mut General) {
+        general.log_format = self.log_format.unwrap_or(general.log_format);
+        general.log_level = match (self.verbose, self.quiet) {
+            (0, 0) => general.log_level,
+            (1, _) => LogLevel::Debug,
+            (_, 1) => LogLevel::Warn,
+            (0, _) => LogLevel::Error,
+            _ => LogLevel::Trace,
+        };
     }
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds: f64 = text.parse().map_err(|_| "write a number of seconds, as 300".to_owned())?;
-    Duration::try_from_secs_f64(seconds).map_err(|_| "write a number from 0 on, as 300".to_owned())
+    config::seconds(text).ok_or_else(|| "write a number of seconds from 0 on, as 300".to_owned())
 }
 
 /// What to type, for who typed nothing.
@@ -143,6 +202,11 @@ mavswitch: nothing to join: name the endpoints, for example a flight controller 
 ground stations:
 
   mavswitch /dev/ttyACM0 udpin:0.0.0.0:14550
+
+or write them to a configuration file, /etc/mavswitch/mavswitch.toml or one given with -c:
+
+  [endpoint.flight-controller]
+  address = \"/dev/ttyACM0\"
 
 `mavswitch --help` explains them all.";
 
@@ -157,4 +221,8 @@ Examples:
   A simulator by TCP, shared by two ground stations on this computer:
     mavswitch tcpout:127.0.0.1:5760 udpout:127.0.0.1:14550 udpout:127.0.0.1:14551
 
-Exit status: 0 after SIGINT, SIGTERM or SIGHUP, 1 if it cannot start, 2 for a wrong command line.";
+  What a configuration file says, and nothing else:
+    mavswitch -c mavswitch.toml
+
+Exit status: 0 after SIGINT, SIGTERM or SIGHUP, 1 if it cannot start, 2 for a wrong command line or a
+wrong configuration file.";

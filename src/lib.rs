@@ -7,8 +7,10 @@
 //!   is an argument.
 //! - [`link`]: the sockets and serial ports that carry the bytes; the only room with `unsafe`.
 //! - [`config`]: what the user writes; [`cli`]: the command line itself.
+//! - [`check`]: what can be said of a configuration before it is used.
 //! - [`daemon`]: the poll loop that joins it all.
 
+pub mod check;
 pub mod cli;
 pub mod config;
 pub mod daemon;

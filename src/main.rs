@@ -1,54 +1,114 @@
 //! The program: arguments in, exit status out; all else is in the library.
 
 use std::error::Error;
+use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
-use std::path::Path;
+use std::path::{self, Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
-use mavswitch::cli::{Cli, Command, LogArgs, LogFormat, NOTHING_TO_JOIN, RouteArgs};
-use mavswitch::config::{load_dialect, write_rows};
+use mavswitch::check::{check, explain};
+use mavswitch::cli::{Cli, Command, NOTHING_TO_JOIN, config_files};
+use mavswitch::config::{
+    CONFIG_DIR, Config, General, LogFormat, LogLevel, load_config, load_dialect, write_rows,
+};
 use mavswitch::daemon::{DaemonConfig, run};
 use mavswitch::link::list_ports;
 use mavswitch::mavlink::Dialect;
 use tracing::level_filters::LevelFilter;
 use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
 
-/// The exit status for a command line that cannot be used; clap has the same.
+/// The exit status for a command line or a configuration that cannot be used; clap has the same.
+/// To start again would not help, and a service manager can tell by it.
 const USAGE: u8 = 2;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    let log = start_log(&cli.log);
-    let outcome = match cli.command {
-        Some(Command::Dialect { file }) => print_dialect(&file),
+    let outcome = match &cli.command {
+        Some(Command::Dialect { file }) => print_dialect(file),
         Some(Command::Ports) => print_ports(),
-        None if cli.route.endpoints.is_empty() => {
-            let _ = writeln!(io::stderr(), "{NOTHING_TO_JOIN}");
-            return ExitCode::from(USAGE);
-        }
-        None => route(cli.route),
+        Some(Command::Check { file }) => check_config(file.as_deref()),
+        Some(Command::Config(_)) => print_config(&cli),
+        None => match cli.config() {
+            Ok(config) if config.endpoints.is_empty() => {
+                let _ = writeln!(io::stderr(), "{NOTHING_TO_JOIN}");
+                return ExitCode::from(USAGE);
+            }
+            Ok(config) => route(config),
+            Err(error) => {
+                complain(&error);
+                return ExitCode::from(USAGE);
+            }
+        },
     };
-    // Writes what is left of the log before the last word.
-    drop(log);
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // Nothing can be done if even that cannot be said.
-            let _ = writeln!(io::stderr(), "mavswitch: {error}");
+            complain(&error);
             ExitCode::FAILURE
         }
     }
 }
 
-fn route(args: RouteArgs) -> Result<(), Box<dyn Error>> {
+/// Says on standard error what is wrong.
+fn complain(error: &dyn Display) {
+    for line in error.to_string().lines() {
+        // Nothing can be done if even that cannot be said.
+        let _ = writeln!(io::stderr(), "mavswitch: {line}");
+    }
+}
+
+fn route(config: Config) -> Result<(), Box<dyn Error>> {
+    // What is left of the log is written before the last word.
+    let _log = start_log(&config.general);
     let mut dialect = Dialect::builtin();
-    for file in &args.dialect {
+    for file in &config.general.dialect {
         dialect.add(load_dialect(file)?)?;
     }
-    let router = args.router_options();
+    let router = config.general.router;
+    let endpoints = config.endpoints.into_iter().map(|endpoint| endpoint.config).collect();
     tracing::info!("mavswitch {} starting", env!("CARGO_PKG_VERSION"));
-    Ok(run(DaemonConfig { endpoints: args.endpoints, router, dialect })?)
+    Ok(run(DaemonConfig { endpoints, router, dialect })?)
+}
+
+/// Tells what a configuration means on standard output, and what is to be said of it on standard
+/// error.
+fn check_config(file: Option<&Path>) -> Result<(), Box<dyn Error>> {
+    let files = config_files(file)?;
+    let config = load_config(&files)?;
+    print(&explain(&config))?;
+    let findings = check(&config);
+    for finding in &findings {
+        complain(finding);
+    }
+    let wrong = findings.iter().filter(|finding| finding.is_wrong).count();
+    match wrong {
+        0 => print(&format!("{}: right\n", names(&files))),
+        _ => Err(format!("{}: cannot be used", names(&files)).into()),
+    }
+}
+
+fn names(files: &[PathBuf]) -> String {
+    let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+    if names.is_empty() { format!("{CONFIG_DIR} (no files)") } else { names.join(", ") }
+}
+
+fn print_config(cli: &Cli) -> Result<(), Box<dyn Error>> {
+    let mut config = cli.config()?;
+    for file in &mut config.general.dialect {
+        // In a file, names are relative to the file.
+        *file = path::absolute(&*file)?;
+    }
+    print(&config.to_string())
+}
+
+/// Writes to standard output.
+fn print(text: &str) -> Result<(), Box<dyn Error>> {
+    match io::stdout().lock().write_all(text.as_bytes()) {
+        // Whoever reads has read enough, as `head` does.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        outcome => Ok(outcome?),
+    }
 }
 
 fn print_dialect(file: &Path) -> Result<(), Box<dyn Error>> {
@@ -74,13 +134,13 @@ fn print_ports() -> Result<(), Box<dyn Error>> {
 
 /// Starts the log. Lines are written until the guard is dropped; those that nobody takes in time
 /// are left out.
-fn start_log(args: &LogArgs) -> WorkerGuard {
-    let level = match (args.verbose, args.quiet) {
-        (0, 0) => LevelFilter::INFO,
-        (1, _) => LevelFilter::DEBUG,
-        (_, 1) => LevelFilter::WARN,
-        (0, _) => LevelFilter::ERROR,
-        _ => LevelFilter::TRACE,
+fn start_log(general: &General) -> WorkerGuard {
+    let level = match general.log_level {
+        LogLevel::Error => LevelFilter::ERROR,
+        LogLevel::Warn => LevelFilter::WARN,
+        LogLevel::Info => LevelFilter::INFO,
+        LogLevel::Debug => LevelFilter::DEBUG,
+        LogLevel::Trace => LevelFilter::TRACE,
     };
     let (writer, guard) = NonBlockingBuilder::default()
         .lossy(true)
@@ -93,7 +153,7 @@ fn start_log(args: &LogArgs) -> WorkerGuard {
         // Its only words would go where the log itself cannot go.
         .log_internal_errors(false)
         .with_writer(writer);
-    match args.log_format {
+    match general.log_format {
         LogFormat::Text => builder.init(),
         LogFormat::Json => builder.json().init(),
         LogFormat::Plain => builder.without_time().init(),

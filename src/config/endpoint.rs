@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::address::Address;
+use super::address::{Address, AddressKind};
 use super::device::DEFAULT_BAUD;
 use super::error::{AddressError, AddressProblem};
 use super::host_port::Host;
@@ -28,28 +28,13 @@ impl EndpointConfig {
         name.unwrap_or_else(|| self.address.to_string())
     }
 
-    /// Takes the options of `query`, each at most once and with those it needs.
-    fn apply(&mut self, query: &str) -> Result<(), AddressProblem> {
-        let mut written: Vec<&OptionSpec> = Vec::new();
-        for (name, value) in query::pairs(query) {
-            let spec = option_table::find(name, self.address.kind())?;
-            if has(&written, spec.name) {
-                return Err(AddressProblem::DuplicateOption(spec.name));
-            }
-            written.push(spec);
-            let value = value.ok_or(AddressProblem::NoValue(spec.name, spec.value))?;
-            spec.set(self, &query::decode(spec.name, value)?)?;
-        }
-        for spec in &written {
-            if let Some(needed) = spec.needs.filter(|needed| !has(&written, needed)) {
-                return Err(AddressProblem::NeedsOption(spec.name, needed));
-            }
-        }
-        Ok(())
+    /// An endpoint with the address `text`, without a query, and no options yet.
+    pub(super) fn bare(text: &str) -> Result<Self, AddressProblem> {
+        Ok(Self { address: Address::parse(text)?, options: EndpointOptions::default() })
     }
 
     /// Fills in and checks what depends on address and options together.
-    fn complete(mut self) -> Result<Self, AddressProblem> {
+    pub(super) fn complete(mut self) -> Result<Self, AddressProblem> {
         if let Address::Serial { bauds, .. } = &mut self.address
             && bauds.is_empty()
         {
@@ -63,8 +48,45 @@ impl EndpointConfig {
     }
 }
 
-fn has(written: &[&OptionSpec], name: &str) -> bool {
-    written.iter().any(|spec| spec.name == name)
+/// The options of `query`, each at most once, with their values decoded.
+pub(super) fn read_query(
+    query: &str,
+    kind: AddressKind,
+) -> Result<Vec<(&'static OptionSpec, String)>, AddressProblem> {
+    let mut written: Vec<(&OptionSpec, String)> = Vec::new();
+    for (name, value) in query::pairs(query) {
+        let spec = option_table::find(name, kind)?;
+        if written.iter().any(|(other, _)| other.name == spec.name) {
+            return Err(AddressProblem::DuplicateOption(spec.name));
+        }
+        let value = value.ok_or(AddressProblem::NoValue(spec.name, spec.value))?;
+        written.push((spec, query::decode(spec.name, value)?));
+    }
+    Ok(written)
+}
+
+/// Holds that with `spec` there is the option that it needs.
+pub(super) fn check_needs<'a>(
+    spec: &OptionSpec,
+    mut written: impl Iterator<Item = &'a OptionSpec>,
+) -> Result<(), AddressProblem> {
+    match spec.needs {
+        Some(needed) if !written.any(|other| other.name == needed) => {
+            Err(AddressProblem::NeedsOption(spec.name, needed))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Cuts an endpoint's text into address and query.
+pub(super) fn split(text: &str) -> Result<(&str, &str), AddressProblem> {
+    if text.is_empty() {
+        return Err(AddressProblem::Empty);
+    }
+    if text.contains(char::is_control) {
+        return Err(AddressProblem::ControlCharacter);
+    }
+    Ok(text.split_once('?').unwrap_or((text, "")))
 }
 
 impl FromStr for EndpointConfig {
@@ -92,16 +114,15 @@ impl fmt::Display for EndpointConfig {
 }
 
 fn parse(text: &str) -> Result<EndpointConfig, AddressProblem> {
-    if text.is_empty() {
-        return Err(AddressProblem::Empty);
+    let (address, query) = split(text)?;
+    let mut endpoint = EndpointConfig::bare(address)?;
+    let written = read_query(query, endpoint.address.kind())?;
+    for (spec, value) in &written {
+        spec.set(&mut endpoint, value)?;
     }
-    if text.contains(char::is_control) {
-        return Err(AddressProblem::ControlCharacter);
+    for (spec, _) in &written {
+        check_needs(spec, written.iter().map(|(spec, _)| *spec))?;
     }
-    let (address, query) = text.split_once('?').unwrap_or((text, ""));
-    let mut endpoint =
-        EndpointConfig { address: Address::parse(address)?, options: EndpointOptions::default() };
-    endpoint.apply(query)?;
     endpoint.complete()
 }
 

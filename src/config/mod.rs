@@ -1,6 +1,6 @@
 //! What the user configures: endpoints. One grammar serves the command line and the file.
 //!
-//! This layer reads text, and the files of `--dialect`. It opens no link and resolves no names:
+//! This layer reads text, the configuration files, and the files of `--dialect`. It opens no link and resolves no names:
 //! whether a device is there and what a host name means is found out by those who use the endpoint.
 //!
 //! An endpoint is an address and, behind a `?`, options, as in a URL:
@@ -14,13 +14,21 @@ mod dialect_files;
 mod dialect_rows;
 mod endpoint;
 mod error;
+mod file;
+mod general;
 mod host_port;
+mod layer;
+mod merge;
 mod option_spec;
 mod option_table;
 mod options;
+mod place;
 mod query;
+mod shape;
+mod source;
 mod suggest;
 mod value;
+mod write;
 
 pub use address::{Address, AddressKind};
 pub use device::Device;
@@ -28,7 +36,13 @@ pub use dialect_files::{DialectFileError, load_dialect};
 pub use dialect_rows::write_rows;
 pub use endpoint::{EndpointConfig, fuzz_endpoint};
 pub use error::{AddressError, AddressProblem};
+pub use file::{CONFIG_DIR, default_files, fuzz_config, load_config, parse_config};
+pub use general::{GENERAL, General, GeneralSpec, LogFormat, LogLevel, seconds};
 pub use host_port::{Host, HostPort};
+pub use merge::{Config, Endpoint};
 pub use option_spec::OptionSpec;
 pub use option_table::OPTIONS;
 pub use options::{EndpointOptions, FilterOptions, FlowControl, MessageRef, PathChoice};
+pub use place::{ConfigError, ConfigProblem, Place};
+pub use shape::Shape;
+pub(crate) use suggest::nearest;

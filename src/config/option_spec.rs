@@ -4,6 +4,7 @@ use super::address::AddressKind;
 use super::endpoint::EndpointConfig;
 use super::error::{AddressProblem, printable};
 use super::options::EndpointOptions;
+use super::shape::Shape;
 use super::suggest;
 
 /// One option.
@@ -13,6 +14,8 @@ pub struct OptionSpec {
     pub name: &'static str,
     /// The syntax of the value, for help: `HOST:PORT`.
     pub value: &'static str,
+    /// Which TOML types the value may have.
+    pub shape: Shape,
     /// What the value has to be, for errors: "expected " goes before it.
     pub expects: &'static str,
     /// What the option does, in one line.

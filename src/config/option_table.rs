@@ -8,6 +8,7 @@ use super::device;
 use super::error::AddressProblem;
 use super::host_port;
 use super::option_spec::OptionSpec;
+use super::shape::Shape;
 use super::suggest;
 use super::value::{self, QUEUE_TIME, TIMEOUT, WINDOW};
 
@@ -22,6 +23,7 @@ macro_rules! message_filter {
         OptionSpec {
             name: $name,
             value: "MESSAGE[,MESSAGE...]",
+            shape: Shape::List,
             expects: "messages by name or number with commas between",
             help: $help,
             default: None,
@@ -39,6 +41,7 @@ macro_rules! id_filter {
         OptionSpec {
             name: $name,
             value: "ID[,ID...]",
+            shape: Shape::List,
             expects: "ids of 0 to 255 with commas between",
             help: $help,
             default: None,
@@ -55,6 +58,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "name",
         value: "NAME",
+        shape: Shape::Text,
         expects: "1 to 64 printable characters",
         help: "what the endpoint is called in log and status",
         default: None,
@@ -66,6 +70,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "bind",
         value: "IP:PORT",
+        shape: Shape::Text,
         expects: "a local IP:PORT, IP or :PORT, IPv6 in brackets",
         help: "send from this local address and port",
         default: None,
@@ -77,6 +82,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "dev",
         value: "INTERFACE",
+        shape: Shape::Text,
         expects: "the name of a network interface, such as wlan0",
         help: "send and receive on this network interface only",
         default: None,
@@ -88,6 +94,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "baudrate",
         value: "BAUD[,BAUD...]",
+        shape: Shape::List,
         expects: "numbers of 50 to 20000000 with commas between, and none in the address",
         help: "the same as baud rates in the address",
         default: None,
@@ -105,6 +112,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "flow",
         value: "none|rtscts",
+        shape: Shape::Text,
         expects: "none or rtscts",
         help: "hardware flow control of a serial port",
         default: Some("none"),
@@ -116,6 +124,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "bandwidth",
         value: "BYTES_PER_S",
+        shape: Shape::Number,
         expects: "a whole number of bytes a second, 10 to 1000000000",
         help: "pace what is sent at this rate; serial ports are paced at their line rate",
         default: None,
@@ -130,6 +139,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "queue_time",
         value: "TIME",
+        shape: Shape::Time,
         expects: "a time of 10ms to 60s",
         help: "how long a frame may wait for a paced link",
         default: Some("250ms"),
@@ -141,6 +151,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "rate",
         value: "MESSAGE:HZ[,MESSAGE:HZ...]",
+        shape: Shape::Rates,
         expects: "MESSAGE:HZ with commas between, each message once, 0.001 to 1000 Hz",
         help: "send these messages, by name or number, at most so often",
         default: None,
@@ -152,6 +163,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "max_peers",
         value: "N",
+        shape: Shape::Number,
         expects: "a whole number of 1 to 1000",
         help: "how many peers may be there at the same time",
         default: Some("64"),
@@ -163,6 +175,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "peer_timeout",
         value: "TIME",
+        shape: Shape::Time,
         expects: "a time of 100ms to 60m",
         help: "forget a peer that was silent for so long",
         default: Some("60s"),
@@ -174,6 +187,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "stall_timeout",
         value: "TIME",
+        shape: Shape::Time,
         expects: "a time of 100ms to 60m",
         help: "close a connection that took nothing for so long",
         default: Some("30s"),
@@ -185,6 +199,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "sticky",
         value: "true|false",
+        shape: Shape::Flag,
         expects: "true or false",
         help: "send to whoever answers alone, until it is silent",
         default: Some("true"),
@@ -196,6 +211,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "pack",
         value: "true|false",
+        shape: Shape::Flag,
         expects: "true or false",
         help: "put frames that leave together into one datagram",
         default: Some("false"),
@@ -207,6 +223,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "mtu",
         value: "BYTES",
+        shape: Shape::Number,
         expects: "a whole number of bytes, 280 to 65507",
         help: "the longest datagram, without its headers",
         default: Some("1400"),
@@ -218,6 +235,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "ttl",
         value: "N",
+        shape: Shape::Number,
         expects: "a whole number of 0 to 255",
         help: "how far multicast goes: 0 this computer, 1 this network",
         default: Some("1"),
@@ -266,6 +284,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "sniffer",
         value: "true|false",
+        shape: Shape::Flag,
         expects: "true or false",
         help: "send everything here, whoever it is for",
         default: Some("false"),
@@ -277,6 +296,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "forward_setup_signing",
         value: "true|false",
+        shape: Shape::Flag,
         expects: "true or false",
         help: "let SETUP_SIGNING, which carries a secret key, pass to others that allow it too",
         default: Some("false"),
@@ -288,6 +308,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "group",
         value: "NAME",
+        shape: Shape::Text,
         expects: "1 to 64 printable characters",
         help: "endpoints of one group are one path: nothing is forwarded between them",
         default: None,
@@ -299,6 +320,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "path",
         value: "all|best",
+        shape: Shape::Text,
         expects: "all or best",
         help: "send over every link of the group, or over the best",
         default: Some("all"),
@@ -310,6 +332,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "prefer",
         value: "N",
+        shape: Shape::Number,
         expects: "a whole number of 0 to 255",
         help: "the rank within the group: the highest is preferred",
         default: Some("0"),
@@ -321,6 +344,7 @@ pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
         name: "dedup",
         value: "MS",
+        shape: Shape::Time,
         expects: "a time of 1 to 1000 milliseconds",
         help: "drop the second copy of a frame within this time",
         default: None,

@@ -6,7 +6,7 @@ use strsim::normalized_damerau_levenshtein as likeness;
 ///
 /// Near is what differs in two letters of five or less, or where one is a part of the other: `baud`
 /// is near to `baudrate`.
-pub(super) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+pub(crate) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let word = word.to_ascii_lowercase();
     let is_part = |known: &str| {
         word.len().min(known.len()) >= 3 && (known.contains(&word) || word.contains(known))

@@ -21,6 +21,9 @@ pub(super) const TIMEOUT: RangeInclusive<Duration> =
 pub(super) const WINDOW: RangeInclusive<Duration> =
     Duration::from_millis(1)..=Duration::from_secs(1);
 
+/// A hundred years: longer than anything runs, and short enough to be added to any time.
+pub(super) const FOREVER: Duration = Duration::from_secs(100 * 365 * 86_400);
+
 /// How often a message may be sent, in frames a second; bounded so that a pause is a `Duration`.
 const HZ: RangeInclusive<f32> = 0.001..=1000.0;
 

@@ -1,6 +1,7 @@
 //! Endpoints as the loop sees them: what of them is open, and what happens next.
 
 use std::collections::HashMap;
+use std::io;
 use std::net::SocketAddr;
 use std::time::Duration;
 
@@ -41,6 +42,8 @@ pub(super) struct Endpoint {
     pub(super) log: LogLimit,
     /// The failure that was last told, so that it is told once and not at every try.
     pub(super) told: Option<String>,
+    /// Why the last datagram could not be sent.
+    pub(super) unsendable: Option<io::ErrorKind>,
 }
 
 /// What the sockets of an endpoint are bound to besides their addresses.
@@ -194,6 +197,7 @@ impl Endpoint {
             next_address: 0,
             log: LogLimit::new(now),
             told: None,
+            unsendable: None,
         }
     }
 

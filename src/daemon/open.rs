@@ -1,7 +1,7 @@
 //! Opens endpoints, each kind in its way, at an address that is known.
 
 use std::io;
-use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, SocketAddrV6, UdpSocket};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, SocketAddrV6};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -208,7 +208,7 @@ impl Daemon {
         } else {
             None
         };
-        let own = doing(action, own_address(everybody, local))?;
+        let own = doing(action, own_address(everybody, local, options.dev.as_deref()))?;
         let link = self.add_sender_link(index, everybody, local)?;
         let role = Role::Shared { link, everybody, own, answerer: Answerer::default() };
         let port = DatagramPort { socket, group_socket, writable: true, role };
@@ -265,13 +265,17 @@ fn open_group(endpoint: &Endpoint, group: SocketAddr) -> io::Result<mio::net::Ud
 }
 
 /// Where our own datagrams to everybody come from, to know them when they come back.
-pub(super) fn own_address(everybody: SocketAddr, local: SocketAddr) -> io::Result<SocketAddr> {
+pub(super) fn own_address(
+    everybody: SocketAddr,
+    local: SocketAddr,
+    device: Option<&str>,
+) -> io::Result<SocketAddr> {
     if !local.ip().is_unspecified() {
         return Ok(local);
     }
     // Connecting a datagram socket sends nothing; it asks the system for the route.
-    let probe = UdpSocket::bind(SocketAddr::new(local.ip(), 0))?;
-    probe.set_broadcast(true)?;
+    let settings = UdpSettings { device, broadcast: true, ..UdpSettings::default() };
+    let probe = open_udp(SocketAddr::new(local.ip(), 0), settings)?;
     probe.connect(everybody)?;
     Ok(SocketAddr::new(probe.local_addr()?.ip(), local.port()))
 }

@@ -129,8 +129,13 @@ fn flush_datagrams(peer: SocketAddr, port: &mut Port, endpoint: &mut Endpoint, n
             }
         }
     }
-    let Some(error) = failure else { return true };
-    if endpoint.log.permit(now).is_some() {
+    let Some(error) = failure else {
+        endpoint.unsendable = None;
+        return true;
+    };
+    // Told once, until it works again.
+    let is_new = endpoint.unsendable.replace(error.kind()) != Some(error.kind());
+    if is_new && endpoint.log.permit(now).is_some() {
         warn!("{}: cannot send to {destination}: {error}", endpoint.name);
     }
     false

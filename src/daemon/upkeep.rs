@@ -12,7 +12,7 @@ use super::event_loop::Daemon;
 use super::links::Output;
 use super::open::{OpenError, own_address};
 use crate::config::{Address, Host, HostPort};
-use crate::link::{Resolved, interface_index};
+use crate::link::{Resolved, interface_index, join_multicast};
 use crate::routing::LinkId;
 
 /// How often a name is asked for again while its address is in use.
@@ -44,7 +44,7 @@ impl Daemon {
         match config.address {
             Address::Multicast(_) => {
                 let any = super::open::any_address(address);
-                Ok(Bound::Source(own_address(address, any)?))
+                Ok(Bound::Source(own_address(address, any, None)?))
             }
             _ => Ok(Bound::Nothing),
         }
@@ -79,6 +79,7 @@ impl Daemon {
                 Err(error) => return self.reopen(index, error),
             }
         }
+        self.rejoin(index);
         if let State::Listening(..) = self.io.endpoints[index].state {
             self.accept(index);
         } else if let Some((name, port)) = self.host_name(index) {
@@ -87,6 +88,18 @@ impl Daemon {
         }
         if self.io.endpoints[index].deadline.is_none() {
             self.set_upkeep_deadline(index);
+        }
+    }
+
+    /// Joins a multicast group once more: an interface that went away has taken the membership with
+    /// it. As long as it is there, the system refuses to join twice.
+    fn rejoin(&self, index: usize) {
+        let endpoint = &self.io.endpoints[index];
+        if let State::Datagrams(port) = &endpoint.state
+            && let (Some(socket), Some(group)) = (&port.group_socket, endpoint.address)
+            && let Bound::Source(_) = endpoint.bound
+        {
+            let _ = join_multicast(socket, group.ip(), 0);
         }
     }
 

@@ -30,8 +30,8 @@ struct Seen {
 pub(super) enum CopyFrom {
     /// Those that came over another link: the same one may say a thing twice.
     OtherLinks,
-    /// Those that came over any link: frames may be going round.
-    AnyLink,
+    /// Those that came over the same link: what goes round a ring comes in by the same way again.
+    SameLink,
 }
 
 /// How many frames are remembered: in each bucket the last ones with the same low bits.
@@ -60,8 +60,8 @@ impl Dedup {
         let bucket = &mut self.buckets[hash as usize % BUCKETS];
         let known = bucket.iter_mut().find(|seen| seen.is_some_and(|seen| seen.hash == hash));
         let is_copy = |seen: &Seen| {
-            let counts = from == CopyFrom::AnyLink || seen.link != link;
-            counts && now.since(seen.at) < window
+            let is_same = seen.link == link;
+            is_same == (from == CopyFrom::SameLink) && now.since(seen.at) < window
         };
         let place = match known {
             Some(Some(seen)) if is_copy(seen) => return true,

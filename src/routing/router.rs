@@ -131,20 +131,23 @@ impl Router {
     /// Whether a frame has come already, by another way or round a ring (rule 49).
     ///
     /// The loop rule alone does not end every ring: where frames go round one way, each router but
-    /// the first hears their source on one side only. So the bytes of a source's frames are
-    /// remembered while it is heard on several links; and those of frames that teach no route.
+    /// the first hears their source on one side only. So while a source is heard on several links,
+    /// what comes in by the same link again was going round; and frames that teach no route are
+    /// known by their bytes alone.
     #[inline]
     fn is_copy(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) -> bool {
         let option = self.port(link).and_then(|port| port.options.dedup);
         let source = frame.header.source;
-        let (window, from) = if self.is_heard_on_several_links(source, now) {
-            (Some(option.unwrap_or_default().max(RING_WINDOW)), CopyFrom::AnyLink)
-        } else if frame.verified && source.is_valid_source() {
-            (option, CopyFrom::OtherLinks)
+        let (window, from) = if !(frame.verified && source.is_valid_source()) {
+            (RING_WINDOW, CopyFrom::OtherLinks)
+        } else if let Some(window) = option {
+            (window, CopyFrom::OtherLinks)
+        } else if self.is_heard_on_several_links(source, now) {
+            (RING_WINDOW, CopyFrom::SameLink)
         } else {
-            (Some(LOOP_WINDOW), CopyFrom::OtherLinks)
+            return false;
         };
-        window.is_some_and(|window| self.dedup.is_copy(frame.bytes, link, from, window, now))
+        self.dedup.is_copy(frame.bytes, link, from, window, now)
     }
 
     fn is_heard_on_several_links(&self, source: Component, now: Time) -> bool {

@@ -127,12 +127,14 @@ fn the_protocol_and_the_routing_touch_no_system() {
 
 #[test]
 fn each_layer_uses_only_those_below_it() {
-    let rooms = ["mavlink", "routing", "config", "link", "record", "status", "daemon", "cli"];
-    let allowed: [(&str, &[&str]); 6] = [
+    let rooms =
+        ["mavlink", "routing", "config", "link", "record", "status", "check", "daemon", "cli"];
+    let allowed: [(&str, &[&str]); 7] = [
         ("mavlink", &["mavlink"]),
         ("routing", &["mavlink", "routing"]),
         ("config", &["mavlink", "routing", "config"]),
         ("link", &["mavlink", "routing", "config", "link"]),
+        ("check", &["mavlink", "routing", "config", "link", "check"]),
         ("record", &["mavlink", "routing", "config", "record"]),
         ("status", &["mavlink", "routing", "config", "status"]),
     ];

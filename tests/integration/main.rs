@@ -10,6 +10,7 @@ mod abuse;
 mod addresses;
 mod architecture;
 mod blackhole;
+mod configuration;
 mod connections;
 mod corruption;
 mod datagrams;

@@ -1,0 +1,69 @@
+//! Definition files that cannot be loaded, and messages that have no definition.
+
+use super::Finding;
+use crate::config::{Config, Endpoint, MessageRef, load_dialect, nearest};
+use crate::mavlink::Dialect;
+
+/// How many groups the router can tell apart.
+const MAX_GROUPS: usize = 256;
+
+pub(super) fn check(config: &Config) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let mut dialect = Dialect::builtin();
+    for file in &config.general.dialect {
+        match load_dialect(file).map(|definitions| dialect.add(definitions)) {
+            Ok(Ok(())) => {}
+            Ok(Err(error)) => findings.push(Finding::general(true, error)),
+            Err(error) => findings.push(Finding::general(true, error)),
+        }
+    }
+    // Their messages may be those that cannot be found.
+    if findings.is_empty() {
+        findings.extend(config.endpoints.iter().flat_map(|it| unknown(it, &dialect)));
+    }
+    findings.extend(too_many_groups(&config.endpoints));
+    findings
+}
+
+/// Messages that an option names and no definition has.
+fn unknown(endpoint: &Endpoint, dialect: &Dialect) -> Vec<Finding> {
+    let options = &endpoint.config.options;
+    let rates: Vec<MessageRef> = options.rate.iter().map(|(message, _)| message.clone()).collect();
+    let lists = [
+        ("rate", &rates),
+        ("allow_messages_in", &options.filter_in.allow_messages),
+        ("block_messages_in", &options.filter_in.block_messages),
+        ("allow_messages_out", &options.filter_out.allow_messages),
+        ("block_messages_out", &options.filter_out.block_messages),
+    ];
+    let messages =
+        lists.into_iter().flat_map(|(option, list)| list.iter().map(move |it| (option, it)));
+    let unknown = messages.filter_map(|(option, message)| match message {
+        MessageRef::Name(name) if !is_known(name, dialect) => Some((option, name)),
+        _ => None,
+    });
+    unknown.map(|(option, name)| Finding::wrong(endpoint, option, hint(name, dialect))).collect()
+}
+
+fn is_known(name: &str, dialect: &Dialect) -> bool {
+    dialect.definitions().iter().any(|definition| definition.name == name)
+}
+
+fn hint(name: &str, dialect: &Dialect) -> String {
+    let names = dialect.definitions().iter().map(|definition| definition.name.to_ascii_lowercase());
+    let names: Vec<String> = names.collect();
+    let hint = match nearest(name, names.iter().map(String::as_str)) {
+        Some(near) => format!("did you mean {}?", near.to_ascii_uppercase()),
+        None => "load its definition with `dialect`".to_owned(),
+    };
+    format!("no message is called {name}: {hint}")
+}
+
+fn too_many_groups(endpoints: &[Endpoint]) -> Option<Finding> {
+    let mut groups: Vec<&String> =
+        endpoints.iter().filter_map(|endpoint| endpoint.config.options.group.as_ref()).collect();
+    groups.sort();
+    groups.dedup();
+    let text = format!("there are {} groups: {MAX_GROUPS} is the most", groups.len());
+    (groups.len() > MAX_GROUPS).then(|| Finding::general(true, text))
+}

@@ -1,0 +1,73 @@
+//! Addresses and devices that two endpoints want for themselves.
+
+use std::net::IpAddr;
+
+use super::Finding;
+use crate::config::{Address, Device, Endpoint, EndpointConfig, Host, HostPort};
+
+/// What only one endpoint can have.
+#[derive(PartialEq, Debug)]
+enum Claim<'a> {
+    Udp(&'a HostPort),
+    Tcp(&'a HostPort),
+    Device(&'a Device),
+}
+
+/// Tells of each endpoint that wants what an earlier one has.
+pub(super) fn check(endpoints: &[Endpoint]) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (number, endpoint) in endpoints.iter().enumerate() {
+        let Some(claim) = claim(&endpoint.config) else { continue };
+        let earlier = endpoints[..number].iter();
+        let rival = earlier.map(|other| &other.config).find(|other| conflicts(&claim, other));
+        if let Some(rival) = rival {
+            let text = format!("{} is taken by endpoint {} already", name(&claim), rival.name());
+            findings.push(Finding::warning(endpoint, "address", text));
+        }
+    }
+    findings
+}
+
+fn claim(config: &EndpointConfig) -> Option<Claim<'_>> {
+    let is_fixed = |at: &&HostPort| at.port != 0;
+    match &config.address {
+        Address::UdpIn(at) => Some(at).filter(is_fixed).map(Claim::Udp),
+        Address::TcpIn(at) => Some(at).filter(is_fixed).map(Claim::Tcp),
+        Address::Serial { device, .. } => Some(Claim::Device(device)),
+        Address::UdpOut(_) | Address::UdpBroadcast(_) => {
+            config.options.bind.as_ref().filter(is_fixed).map(Claim::Udp)
+        }
+        Address::Multicast(_) | Address::TcpOut(_) => None,
+    }
+}
+
+fn conflicts(wanted: &Claim<'_>, other: &EndpointConfig) -> bool {
+    match (wanted, claim(other)) {
+        (Claim::Udp(a), Some(Claim::Udp(b))) | (Claim::Tcp(a), Some(Claim::Tcp(b))) => {
+            a.port == b.port && is_same_place(&a.host, &b.host)
+        }
+        (Claim::Device(a), Some(Claim::Device(b))) => *a == b,
+        _ => false,
+    }
+}
+
+/// Whether nobody can listen at `b` when somebody listens at `a`.
+fn is_same_place(a: &Host, b: &Host) -> bool {
+    match (a.ip(), b.ip()) {
+        (Some(a), Some(b)) if takes_all(a, b) || takes_all(b, a) => true,
+        _ => a == b,
+    }
+}
+
+/// Whether `a` is every address of the kind that `b` has; `[::]` has those of IPv4 too.
+fn takes_all(a: IpAddr, b: IpAddr) -> bool {
+    a.is_unspecified() && (a.is_ipv6() || b.is_ipv4())
+}
+
+fn name(claim: &Claim<'_>) -> String {
+    match claim {
+        Claim::Udp(at) => format!("UDP {at}"),
+        Claim::Tcp(at) => format!("TCP {at}"),
+        Claim::Device(device) => device.to_string(),
+    }
+}

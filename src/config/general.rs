@@ -1,0 +1,220 @@
+//! What is configured for the program as a whole, and the table of the keys that say it.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::ValueEnum;
+
+use super::shape::Shape;
+use super::value::{self, FOREVER};
+use crate::routing::{Learn, RouterOptions};
+
+/// What is configured for the program as a whole.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct General {
+    /// How to route.
+    pub router: RouterOptions,
+    /// Definition files to know the messages of.
+    pub dialect: Vec<PathBuf>,
+    /// How log lines look.
+    pub log_format: LogFormat,
+    /// What to log.
+    pub log_level: LogLevel,
+}
+
+/// How log lines look.
+#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum LogFormat {
+    /// One line of text for each event, with the time
+    #[default]
+    Text,
+    /// One JSON object for each event
+    Json,
+    /// One line of text without the time, for a log that adds its own
+    Plain,
+}
+
+/// What to log: each level has those before it.
+#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+pub enum LogLevel {
+    /// What cannot go on
+    Error,
+    /// What is wrong
+    Warn,
+    /// Who comes and who goes
+    #[default]
+    Info,
+    /// What helps to find a fault
+    Debug,
+    /// Everything
+    Trace,
+}
+
+/// One general key of the file; its name is that of the option on the command line.
+#[derive(Clone, Copy, Debug)]
+pub struct GeneralSpec {
+    /// The key: `route_age`.
+    pub name: &'static str,
+    /// Which TOML types the value may have.
+    pub shape: Shape,
+    /// What the value has to be, for errors: "expected " goes before it.
+    pub expects: &'static str,
+    /// What the key does, in one line.
+    pub help: &'static str,
+    /// The value that holds where nothing is written, in TOML, if there is one.
+    pub default: Option<&'static str>,
+    /// Reads a value; `None` if it is not right.
+    pub(super) set: fn(&mut General, &[String]) -> Option<()>,
+    /// The words of the value, or none if there is no value.
+    pub(super) show: fn(&General) -> Vec<String>,
+}
+
+/// All general keys, in the order in which they are printed and explained.
+pub const GENERAL: &[GeneralSpec] = &[
+    GeneralSpec {
+        name: "learn",
+        shape: Shape::Text,
+        expects: "all or heartbeat",
+        help: "learn routes from every frame, or from HEARTBEAT only",
+        default: Some("\"all\""),
+        set: |to, words| put(&mut to.router.learn, words.first().and_then(|word| learn(word))),
+        show: |general| vec![show_learn(general.router.learn).to_owned()],
+    },
+    GeneralSpec {
+        name: "strict",
+        shape: Shape::Flag,
+        expects: "true or false",
+        help: "send nothing to components that were never heard, not even to their system's links",
+        default: Some("false"),
+        set: |to, words| put(&mut to.router.strict, words.first().and_then(|it| value::flag(it))),
+        show: |general| vec![general.router.strict.to_string()],
+    },
+    GeneralSpec {
+        name: "route_age",
+        shape: Shape::Number,
+        expects: "a number of seconds, or 0 for never",
+        help: "forget a route that was silent for so many seconds; 0: never",
+        default: Some("300"),
+        set: |to, words| {
+            let age = words.first().and_then(|word| seconds(word));
+            put(&mut to.router.route_age, age.map(|age| (!age.is_zero()).then_some(age)))
+        },
+        show: |general| {
+            let age = general.router.route_age.unwrap_or_default();
+            vec![age.as_secs_f64().to_string()]
+        },
+    },
+    GeneralSpec {
+        name: "sniffer",
+        shape: Shape::Number,
+        expects: "a system id of 1 to 255",
+        help: "send everything to the links on which this system id is heard, whoever it is for",
+        default: None,
+        set: |to, words| {
+            let system = words.first().and_then(|word| value::number(word, 1..=255));
+            put(&mut to.router.sniffer, system.map(Some))
+        },
+        show: |general| general.router.sniffer.iter().map(ToString::to_string).collect(),
+    },
+    GeneralSpec {
+        name: "dialect",
+        shape: Shape::Paths,
+        expects: "an array of file names",
+        help: "know the messages of these XML definition files too; relative to this file",
+        default: None,
+        set: |to, words| put(&mut to.dialect, Some(words.iter().map(PathBuf::from).collect())),
+        show: |general| general.dialect.iter().map(|it| it.display().to_string()).collect(),
+    },
+    GeneralSpec {
+        name: "log_format",
+        shape: Shape::Text,
+        expects: "text, json or plain",
+        help: "how log lines look: text, json, or plain, which is text without the time",
+        default: Some("\"text\""),
+        set: |to, words| put(&mut to.log_format, words.first().and_then(|word| choice(word))),
+        show: |general| show_choice(&general.log_format),
+    },
+    GeneralSpec {
+        name: "log_level",
+        shape: Shape::Text,
+        expects: "error, warn, info, debug or trace",
+        help: "what to log: error, warn, info, debug or trace",
+        default: Some("\"info\""),
+        set: |to, words| put(&mut to.log_level, words.first().and_then(|word| choice(word))),
+        show: |general| show_choice(&general.log_level),
+    },
+];
+
+impl General {
+    /// The value of a key in TOML, if it has one.
+    pub fn show(&self, spec: &GeneralSpec) -> Option<String> {
+        let words = (spec.show)(self);
+        (!words.is_empty()).then(|| spec.shape.to_toml(&words))
+    }
+}
+
+/// A time in seconds, to the millisecond: `300`, `0.5`.
+pub fn seconds(text: &str) -> Option<Duration> {
+    let seconds: f64 = text.parse().ok()?;
+    let range = 0.0..=FOREVER.as_secs_f64();
+    range.contains(&seconds).then(|| Duration::from_millis((seconds * 1000.0).round() as u64))
+}
+
+fn learn(word: &str) -> Option<Learn> {
+    [Learn::All, Learn::Heartbeat].into_iter().find(|learn| show_learn(*learn) == word)
+}
+
+fn show_learn(learn: Learn) -> &'static str {
+    match learn {
+        Learn::All => "all",
+        Learn::Heartbeat => "heartbeat",
+    }
+}
+
+fn choice<T: ValueEnum>(word: &str) -> Option<T> {
+    T::from_str(word, false).ok()
+}
+
+fn show_choice(value: &impl ValueEnum) -> Vec<String> {
+    value.to_possible_value().map(|value| value.get_name().to_owned()).into_iter().collect()
+}
+
+fn put<T>(field: &mut T, value: Option<T>) -> Option<()> {
+    *field = value?;
+    Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_defaults_of_the_table_are_those_of_the_values() {
+        for spec in GENERAL {
+            assert_eq!(General::default().show(spec).as_deref(), spec.default, "{}", spec.name);
+        }
+    }
+
+    #[test]
+    fn every_choice_is_named_where_it_is_explained() {
+        fn assert_named<T: ValueEnum>(key: &str) {
+            let spec = GENERAL.iter().find(|spec| spec.name == key).unwrap();
+            for value in T::value_variants() {
+                let name = &show_choice(value)[0];
+                assert!(spec.expects.contains(name) && spec.help.contains(name), "{key}: {name}");
+            }
+        }
+        assert_named::<LogFormat>("log_format");
+        assert_named::<LogLevel>("log_level");
+    }
+
+    #[test]
+    fn seconds_are_a_number_from_0_on() {
+        assert_eq!(seconds("0"), Some(Duration::ZERO));
+        assert_eq!(seconds("0.5"), Some(Duration::from_millis(500)));
+        assert_eq!(seconds("1e3"), Some(Duration::from_secs(1000)));
+        for text in ["", "-1", "nan", "inf", "5s", "1e300"] {
+            assert_eq!(seconds(text), None, "{text}");
+        }
+    }
+}

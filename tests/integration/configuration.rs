@@ -1,0 +1,138 @@
+//! Configuration files: what they add to the command line, and what is said when they are wrong.
+
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+use crate::harness::*;
+
+const UDP: &str = "udpin:127.0.0.1:0?name=udp";
+
+/// What a run printed that went well.
+fn stdout(output: &Output) -> String {
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    // The harness gathers lines, without the end of the last one.
+    format!("{}\n", String::from_utf8_lossy(&output.stdout))
+}
+
+/// The program ends with this status and says these words of its configuration.
+#[track_caller]
+fn assert_said(output: &Output, status: i32, words: &[&str]) {
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(status), "{text}");
+    for word in words {
+        assert!(text.contains(word), "no {word:?} in {text}");
+    }
+    assert!(text.lines().all(|line| line.starts_with("mavswitch: ")), "{text}");
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[test]
+fn endpoints_of_the_command_line_add_to_those_of_the_file() {
+    let dir = TempDir::new();
+    let file = dir.write("a.toml", "[endpoint.tcp]\naddress = \"tcpin:127.0.0.1:0\"\n");
+    let router = Router::start(&["-c", text(&file), UDP]);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let mut gcs = router.udp("udp", GCS);
+    router.assert_serves(&mut gcs, &mut vehicle);
+}
+
+#[test]
+fn a_file_can_be_all_there_is() {
+    let dir = TempDir::new();
+    let endpoints = "[endpoint.tcp]\naddress = \"tcpin:127.0.0.1:0\"\n\
+        [endpoint.udp]\naddress = \"udpin:127.0.0.1:0?max_peers=3\"\npeer_timeout = 5\n";
+    let file = dir.write("a.toml", endpoints);
+    let router = Router::start(&["--config", text(&file)]);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let mut gcs = router.udp("udp", GCS);
+    router.assert_serves(&mut gcs, &mut vehicle);
+}
+
+#[test]
+fn the_command_line_overrides_the_file() {
+    let dir = TempDir::new();
+    let general = "learn = \"heartbeat\"\nstrict = true\nroute_age = 5\nsniffer = 3\n\
+        dialect = [\"x.xml\"]\nlog_format = \"json\"\nlog_level = \"error\"\n";
+    let file = dir.write("a.toml", general);
+    let with = |flags: &[&str]| stdout(&run(&[&["config", "-c", text(&file)], flags].concat()));
+    let unchanged = with(&[]);
+    let dialect = dir.path("x.xml");
+    assert_eq!(unchanged, general.replace("x.xml", text(&dialect)));
+    let flags = ["--learn=all", "--strict=false", "--route-age=0", "--sniffer=4", "-v"];
+    let more = ["--dialect=/y.xml", "--log-format=plain"];
+    let changed = with(&[&flags[..], &more[..]].concat());
+    let expected = "learn = \"all\"\nstrict = false\nroute_age = 0\nsniffer = 4\n\
+        dialect = [\"/y.xml\"]\nlog_format = \"plain\"\nlog_level = \"debug\"\n";
+    assert_eq!(changed, expected);
+}
+
+#[test]
+fn the_effective_configuration_reads_back_as_the_same() {
+    let dir = TempDir::new();
+    let arguments = [
+        "/dev/ttyACM0",
+        "udpin:14550?name=a%20name&rate=ATTITUDE:0.5&allow_systems_out=1,2",
+        "udpout:[fe80::1%wlan0]?bind=:14551&group=x&path=best",
+        "--route-age=1.5",
+    ];
+    let empty = dir.write("empty.toml", "");
+    let first = stdout(&run(&[&["config", "-c", text(&empty)], &arguments[..]].concat()));
+    let file = dir.write("first.toml", &first);
+    assert_eq!(stdout(&run(&["config", "-c", text(&file)])), first);
+}
+
+#[test]
+fn a_wrong_file_is_told_with_line_and_column() {
+    let dir = TempDir::new();
+    let file = dir.write("a.toml", "[endpoint.gcs]\naddress = \"udpin:127.0.0.1:0\"\nmtoo = 1\n");
+    let place = format!("{}:3:1: ", text(&file));
+    let words = [&place, "unknown key `mtoo`"];
+    assert_said(&run(&["-c", text(&file), UDP]), 2, &words);
+    assert_said(&run(&["check", text(&file)]), 1, &words);
+    assert_said(&run(&["config", "-c", text(&file)]), 1, &words);
+    // All of it at once.
+    fs::write(&file, "strickt = true\nlearn = 1\n").unwrap();
+    assert_said(&run(&["-c", text(&file), UDP]), 2, &["`strict`", "all or heartbeat"]);
+}
+
+#[test]
+fn a_file_that_is_not_there_is_told() {
+    let dir = TempDir::new();
+    let absent = dir.path("absent.toml");
+    let words = [text(&absent), "No such file"];
+    assert_said(&run(&["-c", text(&absent), UDP]), 2, &words);
+    assert_said(&run(&["check", text(&absent)]), 1, &words);
+}
+
+#[test]
+fn a_file_without_endpoints_is_not_enough() {
+    let dir = TempDir::new();
+    let file = dir.write("a.toml", "strict = true\n");
+    let output = run(&["-c", text(&file)]);
+    assert_eq!(output.status.code(), Some(2));
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(text.contains("nothing to join") && text.contains("mavswitch.toml"), "{text}");
+}
+
+#[test]
+fn a_check_explains_and_warns_and_opens_nothing() {
+    let dir = TempDir::new();
+    let listener = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    let endpoints = format!(
+        "[endpoint.gcs]\naddress = \"udpin:{address}\"\n\
+         [endpoint.fc]\naddress = \"/dev/absent\"\n"
+    );
+    let file = dir.write("a.toml", &endpoints);
+    let output = run(&["check", text(&file)]);
+    let place = format!("mavswitch: {}:4:11: warning: fc: /dev/absent is not there", text(&file));
+    assert_said(&output, 0, &[&place]);
+    let explained = stdout(&output);
+    assert!(explained.starts_with(&format!("gcs: listens for UDP at {address}\n")), "{explained}");
+    fs::write(&file, "[endpoint.gcs]\naddress = \"udpin:1?rate=RAW_IUM:1\"\n").unwrap();
+    assert_said(&run(&["check", text(&file)]), 1, &["did you mean RAW_IMU?"]);
+}
