@@ -9,30 +9,6 @@ use mavswitch::mavlink::{Component, MessageId, Version};
 use mavswitch::routing::{Capacity, GroupId, LinkOptions, MAX_HEARD, Membership, RouterOptions};
 use std::time::Duration;
 
-/// A sender that counts nothing, as home-made ones do, says the same ten times a second over both
-/// paths of a group. Each time is news.
-#[test]
-#[ignore = "a source that is heard on both links of a group is taken for one in a ring"]
-fn who_repeats_itself_over_two_paths_is_heard_each_time() {
-    let mut network = Network::new(RouterOptions::default());
-    let [radio, modem] = [1, 2].map(|member| {
-        let membership = Membership { group: GroupId(0), member, rank: 0, best_only: false };
-        network.link_with(LinkOptions {
-            membership: Some(membership),
-            dedup: Some(Duration::from_millis(500)),
-            ..LinkOptions::default()
-        })
-    });
-    let vehicle = network.link();
-    for _ in 0..100 {
-        network.now = network.now + Duration::from_millis(100);
-        network.receive(radio, &heartbeat(STATION));
-        network.receive(modem, &heartbeat(STATION));
-        network.delivered();
-    }
-    assert_eq!(network.counters(vehicle).frames_out, 100, "in ten seconds");
-}
-
 /// A flood has filled the table and is over; then the vehicle comes by another link than before.
 #[test]
 #[ignore = "room is made for new components, and not for known ones on new links"]
