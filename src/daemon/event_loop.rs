@@ -204,7 +204,10 @@ impl Daemon {
             stop |= self.handle_event(event);
         }
         for source in leftover {
-            self.receive_more(source);
+            // Whoever had an event as well has been read already, and shall not be read twice.
+            if !self.ready.contains(&source) {
+                self.receive_more(source);
+            }
         }
         self.handle_timers();
         let dirty = self.router.take_dirty();

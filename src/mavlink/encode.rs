@@ -83,6 +83,6 @@ mod tests {
     fn rule_9_the_first_byte_is_never_trimmed() {
         assert_eq!(trimmed(&[0, 0, 0]), [0]);
         assert_eq!(trimmed(&[1, 0, 2, 0]), [1, 0, 2]);
-        assert_eq!(trimmed(&[]), []);
+        assert!(trimmed(&[]).is_empty());
     }
 }

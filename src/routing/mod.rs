@@ -10,6 +10,7 @@ mod filter;
 mod group;
 mod learning;
 mod link_set;
+mod loops;
 mod options;
 mod pacer;
 mod port;

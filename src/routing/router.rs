@@ -4,13 +4,13 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::counters::{DropReason, LinkCounters};
-use super::dedup::{CopyFrom, Dedup};
+use super::dedup::Dedup;
 use super::group::{Group, GroupId, Quality};
 use super::link_set::{LinkId, LinkSet, MAX_LINKS};
-use super::options::{LOOP_WINDOW, LinkOptions, RouterEvent, RouterOptions};
+use super::options::{LinkOptions, RouterEvent, RouterOptions};
 use super::port::Port;
 use super::queue::Precedence;
-use super::route_table::{Heard, RouteTable};
+use super::route_table::RouteTable;
 use super::time::Time;
 use crate::mavlink::{CheckedFrame, Component, MessageId};
 
@@ -21,11 +21,11 @@ pub struct Router {
     pub(super) ports: Vec<Option<Port>>,
     links: LinkSet,
     pub(super) table: RouteTable,
-    groups: Vec<Group>,
+    pub(super) groups: Vec<Group>,
     /// Links that are sent everything by an option of their own.
     sniffers: LinkSet,
     has_sniffers: bool,
-    dedup: Dedup,
+    pub(super) dedup: Dedup,
     /// Links that got something since they were last asked for.
     dirty: LinkSet,
     /// Links whose queues are filling.
@@ -35,9 +35,6 @@ pub struct Router {
     /// When routes may be too old.
     pub(super) next_aging: Option<Time>,
 }
-
-/// A frame that goes round comes again within this time.
-const RING_WINDOW: Duration = Duration::from_secs(2);
 
 /// How many events wait to be fetched; what comes on top is not told.
 const MAX_EVENTS: usize = 64;
@@ -128,34 +125,6 @@ impl Router {
         }
     }
 
-    /// Whether a frame has come already, by another way or round a ring (rule 49).
-    ///
-    /// The loop rule alone does not end every ring: where frames go round one way, each router but
-    /// the first hears their source on one side only. So while a source is heard on several links,
-    /// what comes in by the same link again was going round; and frames that teach no route are
-    /// known by their bytes alone.
-    #[inline]
-    fn is_copy(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) -> bool {
-        let option = self.port(link).and_then(|port| port.options.dedup);
-        let source = frame.header.source;
-        let (window, from) = if !(frame.verified && source.is_valid_source()) {
-            (RING_WINDOW, CopyFrom::OtherLinks)
-        } else if let Some(window) = option {
-            (window, CopyFrom::OtherLinks)
-        } else if self.is_heard_on_several_links(source, now) {
-            (RING_WINDOW, CopyFrom::SameLink)
-        } else {
-            return false;
-        };
-        self.dedup.is_copy(frame.bytes, link, from, window, now)
-    }
-
-    fn is_heard_on_several_links(&self, source: Component, now: Time) -> bool {
-        let Some(known) = self.table.find(source) else { return false };
-        let is_recent = |heard: &&Heard| now.since(heard.last) < LOOP_WINDOW;
-        known.heard.len() > 1 && known.heard.iter().filter(is_recent).nth(1).is_some()
-    }
-
     /// Where a frame from `link` goes, whether or not there is room (rules 33-39, 47 and 49).
     fn destinations(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) -> LinkSet {
         let mut destinations =
@@ -179,31 +148,6 @@ impl Router {
             destinations = self.permit_setup_signing(link, destinations);
         }
         destinations
-    }
-
-    /// Rule 49: takes out the links on which the source was just heard, and those that lead the same
-    /// way.
-    fn apply_loop_rule(
-        &mut self,
-        link: LinkId,
-        frame: &CheckedFrame<'_>,
-        destinations: &mut LinkSet,
-        now: Time,
-    ) {
-        let Some(source) = self.table.find(frame.header.source) else { return };
-        for heard in &source.heard {
-            if heard.link == link || now.since(heard.last) >= LOOP_WINDOW {
-                continue;
-            }
-            let port = self.ports[heard.link.index()].as_ref();
-            let group = port.and_then(|port| port.options.membership).map(|m| m.group.0);
-            let same_way = group.and_then(|group| self.groups.get(usize::from(group)));
-            let muted = same_way.map_or_else(|| LinkSet::of(heard.link), Group::links);
-            if !(*destinations & muted).is_empty() {
-                *destinations = *destinations - muted;
-                count_drop(&mut self.ports, heard.link, DropReason::Loop);
-            }
-        }
     }
 
     /// Leaves out the sender's group, and lets each other group choose its paths.
@@ -371,7 +315,7 @@ impl Router {
     }
 }
 
-fn count_drop(ports: &mut [Option<Port>], link: LinkId, reason: DropReason) {
+pub(super) fn count_drop(ports: &mut [Option<Port>], link: LinkId, reason: DropReason) {
     if let Some(Some(port)) = ports.get_mut(link.index()) {
         port.counters[reason] += 1;
     }

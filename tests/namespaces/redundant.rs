@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crate::flight::{Rates, fly};
+use crate::harness::eventually;
 use crate::net::say;
 use crate::paths::{End, Field, Pair, Path, Weather};
 use crate::report::Report;
@@ -122,10 +123,14 @@ fn assert_no_copies(report: &Report) {
 }
 
 impl Pair {
-    /// Waits until the ground router knows a peer on either path.
-    fn wait_for_both_paths(&self) {
+    /// Lets the vehicle speak until the ground router knows a peer on either path: a device that
+    /// was just set up may lose what is sent first.
+    fn wait_for_both_paths(&mut self) {
         for path in Path::BOTH {
-            self.ground.log.wait_for(&[&format!("{}: link #", path.name()), " up"]);
+            eventually(&format!("{path:?} brings a peer to the ground"), || {
+                self.vehicle.send_mark();
+                self.ground.log.has(&[&format!("{}: link #", path.name()), " up"])
+            });
         }
     }
 }
