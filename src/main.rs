@@ -123,13 +123,14 @@ fn print_dialect(file: &Path) -> Result<(), Box<dyn Error>> {
 
 fn print_ports() -> Result<(), Box<dyn Error>> {
     let ports = list_ports();
+    let mut lines: Vec<String> = ports.iter().map(ToString::to_string).collect();
     if ports.is_empty() {
-        println!("no serial ports (is the cable in, and does it carry data?)");
+        lines.push("no serial ports (is the cable in, and does it carry data?)".to_owned());
     }
-    for port in &ports {
-        println!("{port}");
+    match writeln!(io::stdout(), "{}", lines.join("\n")) {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        outcome => Ok(outcome?),
     }
-    Ok(())
 }
 
 /// Starts the log. Lines are written until the guard is dropped; those that nobody takes in time

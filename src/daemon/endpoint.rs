@@ -39,9 +39,11 @@ pub(super) struct Endpoint {
     /// What its host means, and which of these addresses comes next.
     pub(super) addresses: Vec<SocketAddr>,
     pub(super) next_address: usize,
+    /// Whether the resolver owes an answer: one question at a time.
+    pub(super) is_asking: bool,
     pub(super) log: LogLimit,
     /// The failure that was last told, so that it is told once and not at every try.
-    pub(super) told: Option<String>,
+    pub(super) told: Option<(String, io::ErrorKind)>,
     /// Why the last datagram could not be sent.
     pub(super) unsendable: Option<io::ErrorKind>,
 }
@@ -195,6 +197,7 @@ impl Endpoint {
             bound: Bound::Nothing,
             addresses: Vec::new(),
             next_address: 0,
+            is_asking: false,
             log: LogLimit::new(now),
             told: None,
             unsendable: None,

@@ -52,9 +52,9 @@ pub(super) struct Daemon {
     /// Links that stopped in the middle of a frame.
     pub(super) unfinished: LinkSet,
     /// Links whose [`Timer::Pace`] is set.
-    pace_timers: LinkSet,
+    pub(super) pace_timers: LinkSet,
     /// Links whose [`Timer::Stall`] is set.
-    stall_timers: LinkSet,
+    pub(super) stall_timers: LinkSet,
     /// Where a datagram of somebody unknown stands while it is looked at.
     pub(super) stranger: Vec<u8>,
     pub(super) component_log: LogLimit,
@@ -176,7 +176,8 @@ impl Daemon {
         self.turn(events, Some(Duration::ZERO))?;
         while self.clock() < end && self.has_backlog() {
             let left = end.since(self.clock());
-            self.turn(events, Some(left))?;
+            let wait = self.timeout().map_or(left, |due| due.min(left));
+            self.turn(events, Some(wait))?;
         }
         Ok(())
     }

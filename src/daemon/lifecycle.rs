@@ -77,9 +77,11 @@ impl Daemon {
             return Ok(());
         };
         let action = format!("resolve {name}");
-        self.resolver
-            .ask(index, name.clone(), host_port.port)
-            .map_err(|error| OpenError { action, error })?;
+        if !endpoint.is_asking {
+            let asked = self.resolver.ask(index, name.clone(), host_port.port);
+            asked.map_err(|error| OpenError { action, error })?;
+            endpoint.is_asking = true;
+        }
         endpoint.state = State::Resolving;
         Ok(())
     }
@@ -153,10 +155,12 @@ impl Daemon {
     pub(super) fn try_later(&mut self, index: usize, OpenError { action, error }: OpenError) {
         let endpoint = &mut self.io.endpoints[index];
         endpoint.state = State::Waiting;
-        let text = format!("cannot {action}: {error}; waiting for it");
-        if endpoint.told.as_ref() != Some(&text) {
-            endpoint.told = Some(text.clone());
-            self.warn(index, &text);
+        // Several addresses that fail in turn for the same reason are one failure.
+        let verb = action.split(' ').next().unwrap_or_default().to_owned();
+        let failure = Some((verb, error.kind()));
+        if endpoint.told != failure {
+            endpoint.told = failure;
+            self.warn(index, &format!("cannot {action}: {error}; waiting for it"));
         }
         self.try_again(index);
     }

@@ -69,7 +69,10 @@ impl Daemon {
         if let Some(Link { output: Output::Stream(output), .. }) = self.io.links.get_mut(id) {
             let interest = Interest::READABLE | Interest::WRITABLE;
             let token = Meaning::Link(id).token();
-            output.stream.register(self.poll.registry(), token, interest)?;
+            if let Err(error) = output.stream.register(self.poll.registry(), token, interest) {
+                self.close_link(id, &error.to_string());
+                return Err(error);
+            }
         }
         Ok(id)
     }
@@ -223,10 +226,17 @@ impl Daemon {
         let Some(mut link) = self.io.links.remove(id) else {
             return;
         };
-        self.report_link(id, &link);
+        let now = self.now;
+        let is_told = tracing::enabled!(tracing::Level::DEBUG)
+            && self.io.endpoints[link.endpoint].log.permit(now).is_some();
+        if is_told {
+            self.report_link(id, &link);
+        }
         let heard = self.router.counters(id).is_some_and(|counters| counters.frames_in > 0);
         self.router.remove_link(id);
         self.unfinished.remove(id);
+        self.pace_timers.remove(id);
+        self.stall_timers.remove(id);
         self.ready.retain(|ready| *ready != Ready::Link(id));
         if let Output::Stream(output) = &mut link.output {
             // Closing it would do; this keeps the system from telling of it once more.

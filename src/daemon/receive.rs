@@ -55,6 +55,8 @@ impl Daemon {
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {
                 self.ready.push(Ready::Link(id));
             }
+            // What a driver says of a plug that was pulled is no help to anybody.
+            Err(_) if matches!(output.stream, Stream::Serial(_)) => self.handle_end(id),
             Err(error) => self.close_later(id, &error.to_string()),
         }
     }
@@ -98,9 +100,11 @@ impl Daemon {
                     }
                 }
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => return true,
-                // An ICMP message that an earlier datagram brought about, or a signal: the next
-                // call finds the next datagram.
-                Err(_) => {}
+                Err(error) if is_of_datagram(&error) => {}
+                Err(error) => {
+                    self.warn(index, &format!("cannot receive: {error}"));
+                    return true;
+                }
             }
         }
         false
@@ -123,7 +127,7 @@ impl Daemon {
                 self.route(link, slot, len, Input::Paused);
             }
             // What we send to everybody comes back to us as well.
-            Role::Shared { own, .. } if source == *own => {}
+            Role::Shared { own, .. } if (source.ip(), source.port()) == (own.ip(), own.port()) => {}
             Role::Shared { .. } => self.handle_shared(index, slot, source, to_group),
             Role::Sender { .. } => {}
         }
@@ -223,4 +227,11 @@ impl Daemon {
             }
         }
     }
+}
+
+/// Whether receiving failed for what an earlier datagram brought about, or for a signal: the next
+/// call finds the next datagram.
+fn is_of_datagram(error: &io::Error) -> bool {
+    use io::ErrorKind::{ConnectionRefused, HostUnreachable, Interrupted, NetworkUnreachable};
+    matches!(error.kind(), ConnectionRefused | HostUnreachable | Interrupted | NetworkUnreachable)
 }

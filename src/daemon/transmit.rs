@@ -53,7 +53,7 @@ impl Io {
         let (Some(link), Some(port)) = (self.links.get_mut(id), router.port_mut(id)) else {
             return;
         };
-        match &mut link.output {
+        let is_writable = match &mut link.output {
             Output::Stream(output) => {
                 if let Err(error) = flush_stream(output, port, now) {
                     self.closing.push((id, error.to_string()));
@@ -63,14 +63,18 @@ impl Io {
                 {
                     self.blocked.insert(id);
                 }
+                output.writable
             }
             Output::Datagrams(peer) => {
-                if !flush_datagrams(*peer, port, &mut self.endpoints[link.endpoint], now) {
+                let endpoint = &mut self.endpoints[link.endpoint];
+                if !flush_datagrams(*peer, port, endpoint, now) {
                     self.unsent.insert(id);
                 }
+                matches!(&endpoint.state, State::Datagrams(datagrams) if datagrams.writable)
             }
-        }
-        if port.ready_at(now).is_some() {
+        };
+        // A blocked link waits for room, not for its pace: the system says when.
+        if is_writable && port.ready_at(now).is_some() {
             self.paced.insert(id);
         }
     }

@@ -76,15 +76,21 @@ impl Daemon {
             match self.bound_to(index, address) {
                 Ok(bound) if bound == self.io.endpoints[index].bound => {}
                 Ok(_) => return self.reopen(index, io::Error::other("the interface has changed")),
+                // Short of descriptors: that says nothing of the interface.
+                Err(error) if is_shortage(&error) => {}
                 Err(error) => return self.reopen(index, error),
             }
         }
         self.rejoin(index);
         if let State::Listening(..) = self.io.endpoints[index].state {
             self.accept(index);
-        } else if let Some((name, port)) = self.host_name(index) {
+        } else if let Address::UdpOut(_) = self.io.endpoints[index].config.address
+            && let Some((name, port)) = self.host_name(index)
+            && !std::mem::replace(&mut self.io.endpoints[index].is_asking, true)
+        {
             // If there is no thread for it now, the next time will do.
-            let _ = self.resolver.ask(index, name, port);
+            let asked = self.resolver.ask(index, name, port);
+            self.io.endpoints[index].is_asking = asked.is_ok();
         }
         if self.io.endpoints[index].deadline.is_none() {
             self.set_upkeep_deadline(index);
@@ -109,7 +115,10 @@ impl Daemon {
         let is_its =
             |link: &LinkId| self.io.links.get(*link).is_some_and(|link| link.endpoint == index);
         let its: Vec<LinkId> = links.iter().filter(is_its).collect();
-        self.io.endpoints[index].state = State::Waiting;
+        let endpoint = &mut self.io.endpoints[index];
+        endpoint.state = State::Waiting;
+        endpoint.addresses.clear();
+        endpoint.next_address = 0;
         for link in its {
             self.close_link(link, &error.to_string());
         }
@@ -133,6 +142,7 @@ impl Daemon {
     /// Takes what the resolver found out.
     pub(super) fn handle_answers(&mut self) {
         while let Some(Resolved { asker, addresses }) = self.resolver.poll() {
+            self.io.endpoints[asker].is_asking = false;
             match addresses {
                 Ok(addresses) if !addresses.is_empty() => self.handle_addresses(asker, addresses),
                 Ok(_) => self.handle_unresolved(asker, io::Error::other("it has no address")),
@@ -180,4 +190,10 @@ impl Daemon {
             link.output = Output::Datagrams(*new);
         }
     }
+}
+
+/// Whether the system was only short of something when it was asked.
+fn is_shortage(error: &io::Error) -> bool {
+    let shortages = [libc::EMFILE, libc::ENFILE, libc::ENOMEM, libc::ENOBUFS];
+    error.raw_os_error().is_some_and(|code| shortages.contains(&code))
 }

@@ -1,7 +1,7 @@
 //! The serial ports of this computer: what each one is, and which of them is a flight controller.
 
 use std::fmt;
-use std::fs::{self, File};
+use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -103,14 +103,13 @@ fn describe(info: serialport::SerialPortInfo, by_id: &[(PathBuf, PathBuf)]) -> P
     }
 }
 
-/// Opening for reading and writing, without waiting for a carrier, changes nothing on the line.
+/// Asked without opening the port: that would raise its control lines, which restarts some boards.
 fn access(device: &Path) -> Access {
-    use std::os::unix::fs::OpenOptionsExt;
-    let flags = libc::O_NONBLOCK | libc::O_NOCTTY;
-    match File::options().read(true).write(true).custom_flags(flags).open(device) {
-        Ok(_) => Access::Granted,
-        Err(error) if error.kind() == io::ErrorKind::PermissionDenied => Access::Denied,
-        Err(error) => Access::Fails(error.to_string()),
+    use rustix::fs::{Access as Mode, access};
+    match access(device, Mode::READ_OK | Mode::WRITE_OK) {
+        Ok(()) => Access::Granted,
+        Err(rustix::io::Errno::ACCESS) => Access::Denied,
+        Err(error) => Access::Fails(io::Error::from(error).to_string()),
     }
 }
 
