@@ -108,18 +108,14 @@ fn cut_the_preferred_path(
     end: End,
     what_then: impl FnOnce(&Progress),
 ) -> [Duration; 3] {
-    let mut cut = Instant::now();
     let reports = fly(&mut pair.vehicle, &mut pair.station, RATES, |progress| {
         wait_until_idle(field, Path::Two, progress);
-        cut = Instant::now();
         field.cut(Path::One, end);
         progress.wait_for(PART);
         what_then(progress);
     });
     reports.map(|report| {
-        let back = report.first_after(cut).expect("something after the cut");
-        let outage = back.duration_since(cut);
-        say(&format!("{report}; {outage:.2?} from the cut to the next"));
-        outage
+        say(&report.to_string());
+        report.longest_gap()
     })
 }
