@@ -14,7 +14,15 @@ use crate::mavlink::Component;
 const LISTED: usize = 8;
 
 impl Daemon {
-    /// Everything that is configured has been opened.
+    /// The configuration is about to be read anew; whatever comes of it, [`Self::tell_ready`] has
+    /// to follow.
+    #[expect(dead_code, reason = "a reload begins with it")]
+    pub(super) fn tell_reloading(&mut self) {
+        self.notifier.handle_reloading(self.now);
+        self.set_notify_timer();
+    }
+
+    /// Everything that is configured has been opened, at the start or after a reload.
     pub(super) fn tell_ready(&mut self) {
         let status = self.status_line();
         self.notifier.handle_ready(status, self.now);
@@ -36,7 +44,7 @@ impl Daemon {
     }
 
     fn set_notify_timer(&mut self) {
-        if let Some(at) = self.notifier.poll_timeout() {
+        if let Some(at) = self.notifier.take_timeout() {
             self.timers.set(at, Timer::Notify);
         }
     }
