@@ -44,8 +44,8 @@ fn file(name: &str) -> PathBuf {
 /// A page as it has to be.
 fn page(name: &str) -> String {
     let prose = fs::read_to_string(file(&format!("{name}.in"))).unwrap();
-    let filled = prose.lines().map(|line| sections::section(line).unwrap_or(format!("{line}\n")));
-    filled.collect()
+    let filled = |line| sections::section(line).unwrap_or_else(|| format!("{line}\n"));
+    prose.lines().map(filled).collect()
 }
 
 #[test]
