@@ -133,7 +133,7 @@ pub const GENERAL: &[GeneralSpec] = &[
         name: "log_format",
         shape: Shape::Text,
         expects: "auto, text, json, journal or plain",
-        help: "how log lines look: auto (journal under systemd, else text), text, json, journal, plain",
+        help: "how log lines look: auto, text, json, journal or plain; auto: journal under systemd, else text",
         default: Some("\"auto\""),
         set: |to, words| put(&mut to.log_format, words.first().and_then(|word| choice(word))),
         show: |general| show_choice(&general.log_format),
