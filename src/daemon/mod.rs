@@ -14,6 +14,7 @@ mod open;
 mod peers;
 mod receive;
 mod report;
+mod serial;
 mod settings;
 mod signals;
 mod timers;
