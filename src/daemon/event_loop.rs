@@ -12,6 +12,7 @@ use super::endpoint::State;
 use super::error::StartError;
 use super::links::Output;
 use super::log_limit::LogLimit;
+use super::notify::Notifier;
 use super::settings::settle;
 use super::signals::Signals;
 use super::timers::{Timer, Timers};
@@ -59,6 +60,7 @@ pub(super) struct Daemon {
     /// Where a datagram of somebody unknown stands while it is looked at.
     pub(super) stranger: Vec<u8>,
     pub(super) component_log: LogLimit,
+    pub(super) notifier: Notifier,
     pub(super) unrouted_log: LogLimit,
 }
 
@@ -117,6 +119,7 @@ pub fn run(config: DaemonConfig) -> Result<(), StartError> {
     let mut daemon = Daemon::new(config)?;
     daemon.open_all()?;
     info!("ready");
+    daemon.tell_ready();
     daemon.work().map_err(StartError::System)?;
     daemon.close_serial_ports();
     Ok(())
@@ -149,6 +152,7 @@ impl Daemon {
             stall_timers: LinkSet::EMPTY,
             stranger: Vec::new(),
             component_log: LogLimit::new(now),
+            notifier: Notifier::from_environment(),
             unrouted_log: LogLimit::new(now),
         })
     }
@@ -170,6 +174,7 @@ impl Daemon {
             stopping = self.turn(&mut events, timeout)?;
         }
         info!("stopping");
+        self.notifier.handle_stopping();
         self.drain(&mut events)?;
         self.report_links();
         Ok(())
@@ -221,6 +226,7 @@ impl Daemon {
         self.close_broken();
         self.handle_unsent();
         self.report_events();
+        self.tell_status();
         self.set_timers();
         Ok(stop)
     }
@@ -291,6 +297,7 @@ impl Daemon {
                     self.stall_timers.remove(link);
                     self.check_stalled(link);
                 }
+                Timer::Notify => self.feed_watchdog(),
                 Timer::Router => {
                     self.router_deadline = None;
                     self.router.handle_timeout(self.now);
