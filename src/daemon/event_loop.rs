@@ -18,7 +18,7 @@ use super::signals::Signals;
 use super::timers::{Timer, Timers};
 use super::transmit::Io;
 use crate::config::EndpointConfig;
-use crate::link::{Inbox, Resolver, Stream};
+use crate::link::{Inbox, Opener, Resolver, Stream};
 use crate::mavlink::{Checker, Dialect};
 use crate::routing::{LinkId, LinkSet, Router, RouterOptions, Time};
 
@@ -38,6 +38,7 @@ pub(super) struct Daemon {
     pub(super) poll: Poll,
     pub(super) signals: Signals,
     pub(super) resolver: Resolver,
+    pub(super) opener: Opener,
     start: Instant,
     /// The time of this turn: the clock is read once a turn.
     pub(super) now: Time,
@@ -119,7 +120,9 @@ pub fn run(config: DaemonConfig) -> Result<(), StartError> {
     daemon.open_all()?;
     info!("ready");
     daemon.tell_ready();
-    daemon.work().map_err(StartError::System)
+    daemon.work().map_err(StartError::System)?;
+    daemon.close_serial_ports();
+    Ok(())
 }
 
 impl Daemon {
@@ -127,12 +130,14 @@ impl Daemon {
         let poll = Poll::new().map_err(StartError::System)?;
         let signals = Signals::register(poll.registry(), SIGNAL).map_err(StartError::System)?;
         let waker = Waker::new(poll.registry(), WAKE).map_err(StartError::System)?;
+        let waker = Arc::new(waker);
         let now = Time::ZERO;
         let endpoints = settle(config.endpoints, &config.dialect, now)?;
         Ok(Self {
             poll,
             signals,
-            resolver: Resolver::new(Arc::new(waker)),
+            resolver: Resolver::new(Arc::clone(&waker)),
+            opener: Opener::new(waker),
             start: Instant::now(),
             now,
             router: Router::new(config.router),
@@ -156,7 +161,7 @@ impl Daemon {
         self.poll.registry()
     }
 
-    fn clock(&self) -> Time {
+    pub(super) fn clock(&self) -> Time {
         // Wraps after 584,000 years.
         Time::from_micros(self.start.elapsed().as_micros() as u64)
     }
@@ -229,7 +234,10 @@ impl Daemon {
     fn handle_event(&mut self, event: &Event) -> bool {
         match Meaning::of(event.token()) {
             Some(Meaning::Signal) => return self.signals.take(),
-            Some(Meaning::Wake) => self.handle_answers(),
+            Some(Meaning::Wake) => {
+                self.handle_answers();
+                self.handle_serial_answers();
+            }
             Some(Meaning::Endpoint(index)) => self.handle_endpoint_event(index, event),
             Some(Meaning::Link(link)) => self.handle_link_event(link, event),
             None => {}
@@ -254,7 +262,7 @@ impl Daemon {
                     self.receive_datagrams(index);
                 }
             }
-            State::Waiting | State::Resolving | State::Up(_) => {}
+            State::Waiting | State::Resolving | State::Opening | State::Up(_) => {}
         }
     }
 

@@ -15,6 +15,7 @@ mod open;
 mod peers;
 mod receive;
 mod report;
+mod serial;
 mod service;
 mod settings;
 mod signals;

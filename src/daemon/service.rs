@@ -85,7 +85,10 @@ impl Daemon {
     /// The names of the endpoints that are not open.
     fn missing(&self) -> Vec<&str> {
         let is_missing = |state: &State| {
-            matches!(state, State::Waiting | State::Resolving | State::Connecting(..))
+            matches!(
+                state,
+                State::Waiting | State::Resolving | State::Opening | State::Connecting(..)
+            )
         };
         let missing = self.io.endpoints.iter().filter(|endpoint| is_missing(&endpoint.state));
         missing.map(|endpoint| endpoint.name.as_str()).collect()

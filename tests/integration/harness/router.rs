@@ -41,6 +41,18 @@ impl Router {
         router
     }
 
+    /// Starts the router, and has all of its system calls that are called `call` and are about
+    /// `path` take so many seconds more: a driver that is stuck.
+    pub(crate) fn start_delayed(call: &str, path: &str, seconds: u32, arguments: &[&str]) -> Self {
+        let mut command = Command::new("strace");
+        // As a grandchild, so that the router is our child.
+        command.args(["-D", "-f", "-qq", "-o", "/dev/null", "-P", path]);
+        command.args(["-e", &format!("inject={call}:delay_enter={seconds}s"), PROGRAM]);
+        let router = Self::spawn(&mut command, false, arguments);
+        router.log.wait_for(&["ready"]);
+        router
+    }
+
     /// Starts the router and waits for nothing.
     pub(crate) fn launch(arguments: &[&str]) -> Self {
         Self::launch_in(arguments, |_| {})
