@@ -5,6 +5,7 @@
 //! program: a message that does not get through is sent again where that matters, or is left out.
 //! What to say, and when, is for `service`.
 
+use std::collections::VecDeque;
 use std::ffi::OsString;
 use std::io;
 use std::os::linux::net::SocketAddrExt;
@@ -12,6 +13,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::time::Duration;
 
+use rustix::time::{ClockId, clock_gettime};
 use tracing::{trace, warn};
 
 use crate::routing::Time;
@@ -31,10 +33,13 @@ pub(super) struct Notifier {
     target: Option<Target>,
     /// Half the time after which the manager takes the program for stuck.
     period: Option<Duration>,
-    /// The message that says that the program is ready, if it did not get through yet.
-    owed: Option<String>,
+    /// Messages that must get through and did not yet, in their order: a reload at most, and its
+    /// end.
+    owed: VecDeque<String>,
     /// When there is something to send, whatever happens until then.
     deadline: Option<Time>,
+    /// The deadline that [`Self::take_timeout`] gave last.
+    taken: Option<Time>,
     /// The status that was told last, and when one was last looked for.
     status: String,
     looked: Option<Time>,
@@ -78,12 +83,25 @@ impl Notifier {
         }
     }
 
-    /// Everything that is configured has been opened. From now on the watchdog is fed.
+    /// Everything that is configured has been opened, at the start or after a reload. From now on
+    /// the watchdog is fed.
     pub(super) fn handle_ready(&mut self, status: String, now: Time) {
-        self.owed = Some(format!("READY=1\nSTATUS={status}"));
+        self.owed.push_back(format!("READY=1\nSTATUS={status}"));
         self.status = status;
         self.looked = Some(now);
-        self.handle_timeout(now);
+        self.send_owed(now);
+    }
+
+    /// The configuration is about to be read anew. Whatever comes of it, [`Self::handle_ready`]
+    /// has to follow: until then `systemctl reload` waits.
+    pub(super) fn handle_reloading(&mut self, now: Time) {
+        // `Type=notify-reload` takes only a message from after its signal, and knows it by this.
+        let clock = clock_gettime(ClockId::Monotonic);
+        let micros = clock.tv_sec * 1_000_000 + clock.tv_nsec / 1_000;
+        // What an earlier reload still has to say is of no interest any more.
+        self.owed.clear();
+        self.owed.push_back(format!("RELOADING=1\nMONOTONIC_USEC={micros}"));
+        self.send_owed(now);
     }
 
     /// The program is about to end.
@@ -110,23 +128,42 @@ impl Notifier {
         }
     }
 
-    /// When [`Self::handle_timeout`] has something to send.
-    pub(super) fn poll_timeout(&self) -> Option<Time> {
-        self.deadline
+    /// When [`Self::handle_timeout`] has something to send, if that was not given before: one
+    /// timer for each deadline is enough.
+    pub(super) fn take_timeout(&mut self) -> Option<Time> {
+        let deadline = self.deadline.filter(|_| self.deadline != self.taken);
+        self.taken = deadline.or(self.taken);
+        deadline
     }
 
-    /// Feeds the watchdog, and says again what did not get through.
+    /// Feeds the watchdog, and says again what did not get through. Before the deadline it does
+    /// nothing.
     pub(super) fn handle_timeout(&mut self, now: Time) {
-        let message = self.owed.take();
-        let is_ready = message.is_none();
-        match self.send(message.as_deref().unwrap_or("WATCHDOG=1")) {
-            Outcome::Busy => {
-                self.owed = message;
-                let delay = self.period.filter(|_| is_ready).map_or(RETRY, |it| it.min(RETRY));
-                self.deadline = Some(now + delay);
-            }
-            Outcome::Done => self.deadline = self.period.map(|period| now + period),
+        if self.deadline.is_none_or(|deadline| now < deadline) {
+            return;
         }
+        self.deadline = None;
+        if !self.owed.is_empty() {
+            self.send_owed(now);
+        } else if self.send("WATCHDOG=1") == Outcome::Done {
+            self.deadline = self.period.map(|period| now + period);
+        } else {
+            self.deadline = self.period.map(|period| now + period.min(RETRY));
+        }
+    }
+
+    fn send_owed(&mut self, now: Time) {
+        // The next meal of the watchdog is not put off.
+        let meal = self.deadline.filter(|deadline| *deadline > now);
+        while let Some(message) = self.owed.pop_front() {
+            if self.send(&message) == Outcome::Busy {
+                self.owed.push_front(message);
+                let retry = now + RETRY;
+                self.deadline = Some(meal.map_or(retry, |meal| meal.min(retry)));
+                return;
+            }
+        }
+        self.deadline = meal.or_else(|| self.period.map(|period| now + period));
     }
 
     fn send(&mut self, message: &str) -> Outcome {

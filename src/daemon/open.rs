@@ -1,28 +1,18 @@
-//! Opens endpoints, each kind in its way, at an address that is known.
+//! Opens sockets, each kind in its way, at an address that is known.
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, SocketAddrV6};
-use std::path::PathBuf;
-use std::time::Duration;
 
 use mio::Interest;
-use tracing::{debug, info};
+use tracing::info;
 
 use super::endpoint::{Answerer, DatagramPort, Endpoint, Peers, Role, State};
+use super::endpoint_table::EndpointId;
 use super::event_loop::{Daemon, Meaning};
 use super::links::Output;
-use crate::config::{Address, Device, FlowControl, Host, HostPort};
-use crate::link::{
-    SerialSettings, Stream, UdpSettings, connect, find_flight_controller, interface_index,
-    join_multicast, listen, open_serial, open_udp, set_baud,
-};
+use crate::config::{Address, Host, HostPort};
+use crate::link::{UdpSettings, connect, interface_index, join_multicast, listen, open_udp};
 use crate::routing::LinkId;
-
-/// How long a baud rate is tried: a heartbeat comes each second, and the first may be cut.
-const BAUD_TRIAL: Duration = Duration::from_millis(2_500);
-
-/// After how long without a frame a serial port is told of.
-const SILENCE: Duration = Duration::from_secs(5);
 
 /// What could not be done, and why.
 #[derive(Debug)]
@@ -38,88 +28,10 @@ fn doing<T>(action: impl FnOnce() -> String, result: io::Result<T>) -> Result<T,
 }
 
 impl Daemon {
-    /// Opens a serial port.
-    pub(super) fn open_serial(&mut self, index: usize) -> Result<(), OpenError> {
-        let endpoint = &self.io.endpoints[index];
-        let Address::Serial { device, bauds } = &endpoint.config.address else { return Ok(()) };
-        let Some(baud) = bauds.get(endpoint.baud).copied() else { return Ok(()) };
-        let is_one_of_several = bauds.len() > 1 && !endpoint.baud_is_proven;
-        let path = match device {
-            Device::Path(path) => path.clone(),
-            Device::Auto => doing(|| "find a flight controller".to_owned(), find_device())?,
-        };
-        let rtscts = endpoint.options().flow == FlowControl::RtsCts;
-        let action = || format!("open {}", path.display());
-        let file = doing(action, open_serial(&path, SerialSettings { baud, rtscts }))?;
-        let peer = path.display().to_string();
-        self.tell(index, &format!("open at {baud} baud"));
-        let link = doing(action, self.add_stream(index, peer, Stream::Serial(file)))?;
-        self.set_open(index, State::Up(link));
-        self.set_deadline(index, if is_one_of_several { BAUD_TRIAL } else { SILENCE });
-        Ok(())
-    }
-
-    /// A serial port has been open for a while: says so if no frame came, and of several baud
-    /// rates keeps the one at which frames are heard, or tries the next.
-    pub(super) fn check_serial(&mut self, index: usize, id: LinkId) {
-        let endpoint = &mut self.io.endpoints[index];
-        let Address::Serial { bauds, .. } = &endpoint.config.address else { return };
-        let heard = self.router.port(id).is_some_and(|port| port.quality().last_heard.is_some());
-        let is_one_of_several = bauds.len() > 1;
-        if heard {
-            endpoint.baud_is_proven = true;
-            if is_one_of_several {
-                let text = format!("frames at {} baud", bauds[endpoint.baud]);
-                self.tell(index, &text);
-            }
-            return;
-        }
-        if endpoint.baud + 1 == bauds.len() {
-            self.warn_of_silence(index, id);
-        }
-        if is_one_of_several {
-            self.try_next_baud(index, id);
-        }
-    }
-
-    /// Tells, once, that nothing is understood on a serial port.
-    fn warn_of_silence(&mut self, index: usize, id: LinkId) {
-        let Some(link) = self.io.links.get(id) else { return };
-        let text = match link.splitter.stats().skipped_bytes {
-            0 => "nothing received yet (is the port set to MAVLink? are RX and TX swapped?)".into(),
-            bytes => format!("{bytes} bytes received and no frame (another baud rate?)"),
-        };
-        let endpoint = &mut self.io.endpoints[index];
-        if !std::mem::replace(&mut endpoint.silence_is_told, true) {
-            self.warn(index, &text);
-        }
-    }
-
-    fn try_next_baud(&mut self, index: usize, id: LinkId) {
-        let endpoint = &mut self.io.endpoints[index];
-        let Address::Serial { bauds, .. } = &endpoint.config.address else { return };
-        endpoint.baud = (endpoint.baud + 1) % bauds.len();
-        let baud = bauds[endpoint.baud];
-        debug!("{}: no frames; trying {baud} baud", endpoint.name);
-        let pace = endpoint.pace();
-        let Some(link) = self.io.links.get_mut(id) else { return };
-        link.splitter.forget();
-        if let Output::Stream(output) = &link.output
-            && let Stream::Serial(file) = &output.stream
-            && let Err(error) = set_baud(file, baud)
-        {
-            return self.close_link(id, &format!("cannot change to {baud} baud: {error}"));
-        }
-        if let (Some(pace), Some(port)) = (pace, self.router.port_mut(id)) {
-            port.set_line_rate(pace, self.now);
-        }
-        self.set_deadline(index, BAUD_TRIAL);
-    }
-
     /// Opens whatever listens, sends or connects at `address`.
     pub(super) fn open_socket(
         &mut self,
-        index: usize,
+        index: EndpointId,
         address: SocketAddr,
     ) -> Result<(), OpenError> {
         match self.io.endpoints[index].config.address {
@@ -134,11 +46,11 @@ impl Daemon {
         }
     }
 
-    fn open_tcp_server(&mut self, index: usize, address: SocketAddr) -> Result<(), OpenError> {
+    fn open_tcp_server(&mut self, index: EndpointId, address: SocketAddr) -> Result<(), OpenError> {
         let action = || format!("listen on {address}");
         let endpoint = &self.io.endpoints[index];
         let mut listener = doing(action, listen(address, endpoint.options().dev.as_deref()))?;
-        let token = Meaning::Endpoint(index).token();
+        let token = Meaning::Endpoint(index.slot()).token();
         doing(action, self.registry().register(&mut listener, token, Interest::READABLE))?;
         let local = doing(action, listener.local_addr())?;
         info!("{}: listening on {local}", endpoint.name);
@@ -146,20 +58,20 @@ impl Daemon {
         Ok(())
     }
 
-    fn open_tcp_client(&mut self, index: usize, address: SocketAddr) -> Result<(), OpenError> {
+    fn open_tcp_client(&mut self, index: EndpointId, address: SocketAddr) -> Result<(), OpenError> {
         let action = || format!("connect to {address}");
         let options = self.io.endpoints[index].options();
         let bind = doing(action, bind_address(options.bind.as_ref(), address))?;
         let bind = options.bind.as_ref().map(|_| bind);
         let mut stream = doing(action, connect(address, bind, options.dev.as_deref()))?;
-        let token = Meaning::Endpoint(index).token();
+        let token = Meaning::Endpoint(index.slot()).token();
         let interest = Interest::READABLE | Interest::WRITABLE;
         doing(action, self.registry().register(&mut stream, token, interest))?;
         self.io.endpoints[index].state = State::Connecting(stream, address);
         Ok(())
     }
 
-    fn open_udp_server(&mut self, index: usize, address: SocketAddr) -> Result<(), OpenError> {
+    fn open_udp_server(&mut self, index: EndpointId, address: SocketAddr) -> Result<(), OpenError> {
         let action = || format!("listen on {address}");
         let endpoint = &self.io.endpoints[index];
         let settings =
@@ -176,7 +88,7 @@ impl Daemon {
         self.watch_datagrams(index, port, action)
     }
 
-    fn open_udp_sender(&mut self, index: usize, remote: SocketAddr) -> Result<(), OpenError> {
+    fn open_udp_sender(&mut self, index: EndpointId, remote: SocketAddr) -> Result<(), OpenError> {
         let action = || format!("send to {remote}");
         let options = self.io.endpoints[index].options();
         let local = doing(action, bind_address(options.bind.as_ref(), remote))?;
@@ -189,7 +101,11 @@ impl Daemon {
         self.watch_datagrams(index, port, action)
     }
 
-    fn open_udp_shared(&mut self, index: usize, everybody: SocketAddr) -> Result<(), OpenError> {
+    fn open_udp_shared(
+        &mut self,
+        index: EndpointId,
+        everybody: SocketAddr,
+    ) -> Result<(), OpenError> {
         let action = || format!("send to {everybody}");
         let endpoint = &self.io.endpoints[index];
         let options = endpoint.options();
@@ -218,23 +134,23 @@ impl Daemon {
     /// Makes the one link of a UDP endpoint that sends from the start.
     fn add_sender_link(
         &mut self,
-        index: usize,
+        index: EndpointId,
         remote: SocketAddr,
         local: SocketAddr,
     ) -> Result<LinkId, OpenError> {
         info!("{}: sending to {remote} from {local}", self.io.endpoints[index].name);
         let link = self.add_link(index, remote.to_string(), Output::Datagrams(remote));
-        let link = link.ok_or_else(|| io::Error::other("too many links"));
+        let link = link.map_err(|_| io::Error::other("too many links"));
         doing(|| format!("send to {remote}"), link)
     }
 
     fn watch_datagrams(
         &mut self,
-        index: usize,
+        index: EndpointId,
         mut port: DatagramPort,
         action: impl Fn() -> String,
     ) -> Result<(), OpenError> {
-        let token = Meaning::Endpoint(index).token();
+        let token = Meaning::Endpoint(index.slot()).token();
         let interest = Interest::READABLE | Interest::WRITABLE;
         doing(&action, self.registry().register(&mut port.socket, token, interest))?;
         if let Some(socket) = &mut port.group_socket {
@@ -243,11 +159,6 @@ impl Daemon {
         self.set_open(index, State::Datagrams(port));
         Ok(())
     }
-}
-
-fn find_device() -> io::Result<PathBuf> {
-    let none = || io::Error::new(io::ErrorKind::NotFound, "no flight controller is plugged in");
-    find_flight_controller().ok_or_else(none)
 }
 
 /// The socket that hears a multicast group.

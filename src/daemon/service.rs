@@ -3,9 +3,11 @@
 //! The status is looked at only in turns that happen anyway, and at most once a second; how the
 //! messages travel is for `notify`.
 
+use std::collections::BTreeMap;
 use std::fmt::{Display, Write};
 
 use super::endpoint::State;
+use super::endpoint_table::EndpointId;
 use super::event_loop::Daemon;
 use super::timers::Timer;
 use crate::mavlink::Component;
@@ -14,7 +16,14 @@ use crate::mavlink::Component;
 const LISTED: usize = 8;
 
 impl Daemon {
-    /// Everything that is configured has been opened.
+    /// The configuration is about to be read anew; whatever comes of it, [`Self::tell_ready`] has
+    /// to follow.
+    pub(super) fn tell_reloading(&mut self) {
+        self.notifier.handle_reloading(self.now);
+        self.set_notify_timer();
+    }
+
+    /// Everything that is configured has been opened, at the start or after a reload.
     pub(super) fn tell_ready(&mut self) {
         let status = self.status_line();
         self.notifier.handle_ready(status, self.now);
@@ -36,7 +45,7 @@ impl Daemon {
     }
 
     fn set_notify_timer(&mut self) {
-        if let Some(at) = self.notifier.poll_timeout() {
+        if let Some(at) = self.notifier.take_timeout() {
             self.timers.set(at, Timer::Notify);
         }
     }
@@ -64,20 +73,23 @@ impl Daemon {
 
     /// The endpoints that have links, and how many.
     fn links_of_endpoints(&self) -> Vec<String> {
-        let mut counts = vec![0; self.io.endpoints.len()];
+        let mut counts: BTreeMap<EndpointId, usize> = BTreeMap::new();
         for id in self.router.links().iter() {
             if let Some(link) = self.io.links.get(id) {
-                counts[link.endpoint] += 1;
+                *counts.entry(link.endpoint).or_default() += 1;
             }
         }
-        let named = self.io.endpoints.iter().zip(counts).filter(|(_, count)| *count > 0);
-        named.map(|(endpoint, count)| format!("{} {count}", endpoint.name)).collect()
+        let name = |index| &self.io.endpoints[index].name;
+        counts.into_iter().map(|(index, count)| format!("{} {count}", name(index))).collect()
     }
 
     /// The names of the endpoints that are not open.
     fn missing(&self) -> Vec<&str> {
         let is_missing = |state: &State| {
-            matches!(state, State::Waiting | State::Resolving | State::Connecting(..))
+            matches!(
+                state,
+                State::Waiting | State::Resolving | State::Opening | State::Connecting(..)
+            )
         };
         let missing = self.io.endpoints.iter().filter(|endpoint| is_missing(&endpoint.state));
         missing.map(|endpoint| endpoint.name.as_str()).collect()

@@ -4,9 +4,11 @@
 //! from the reading side into queues that somebody else empties. Rule numbers refer to the
 //! project's routing rules.
 
+mod change;
 mod counters;
 mod dedup;
 mod filter;
+mod fuzz;
 mod group;
 mod learning;
 mod link_set;
@@ -24,6 +26,7 @@ mod time;
 pub use counters::{DropReason, LinkCounters};
 pub use dedup::REMEMBERED;
 pub use filter::FilterLists;
+pub use fuzz::fuzz_router;
 pub use group::{GroupId, Membership, Quality};
 pub use link_set::{LinkId, LinkSet, Links, MAX_LINKS};
 pub use loops::{HELD_BACK, RING_WINDOW};

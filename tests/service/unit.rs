@@ -4,6 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use mavswitch::config::CONFIG_DIR;
+
 use crate::harness::{PROGRAM, TempDir};
 
 /// The worst that is allowed, of 10.
@@ -61,6 +63,46 @@ fn systemd_finds_nothing_wrong_with_it() {
     let Some((is_content, text)) = analyze(&arguments) else { return };
     let own: Vec<_> = text.lines().filter(|line| line.contains("mavswitch")).collect();
     assert!(is_content && own.is_empty(), "{text}");
+}
+
+/// Whether the unit's condition lets the service start with these files, and what it says.
+fn condition(files: &[(&str, &str)]) -> (bool, String) {
+    let dir = TempDir::new();
+    fs::create_dir(dir.path("conf.d")).unwrap();
+    for (name, text) in files {
+        dir.write(name, text);
+    }
+    let [line] = &values("ExecCondition")[..] else { panic!("one condition") };
+    let script = line.strip_prefix("/bin/sh -c '").unwrap().strip_suffix('\'').unwrap();
+    let script = script.replace(CONFIG_DIR, dir.path("").to_str().unwrap().trim_end_matches('/'));
+    let output = Command::new("/bin/sh").args(["-c", &script]).output().unwrap();
+    // Other statuses are a failure, and not a condition.
+    let is_met = match output.status.code() {
+        Some(0) => true,
+        Some(1..=254) => false,
+        other => panic!("{other:?}"),
+    };
+    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    (is_met, String::from_utf8(output.stdout).unwrap())
+}
+
+#[test]
+fn it_starts_once_an_endpoint_is_configured_and_says_so_until_then() {
+    let shipped = include_str!("../../packaging/mavswitch.toml");
+    let general = ("mavswitch.toml", "log_level = \"debug\" # no endpoint\n");
+    for files in [&[][..], &[("mavswitch.toml", shipped)], &[general]] {
+        let (is_met, text) = condition(files);
+        assert!(!is_met && text.starts_with("<4>not started: no endpoint"), "{text}");
+        assert!(text.lines().count() == 1 && text.contains("mavswitch.toml"), "{text}");
+    }
+    let edited = shipped.replace("#endpoint.fc", "endpoint.fc");
+    let table = "[endpoint.gcs]\naddress = \"udpin:14550\"\n";
+    let wrong = "[ endpoint . gcs ]\nadress = 1\n";
+    for text in [edited.as_str(), table, wrong] {
+        assert_eq!(condition(&[("mavswitch.toml", text)]), (true, String::new()));
+        let drop_in = [("mavswitch.toml", shipped), ("conf.d/10.toml", text)];
+        assert_eq!(condition(&drop_in), (true, String::new()));
+    }
 }
 
 #[test]

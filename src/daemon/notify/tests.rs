@@ -52,7 +52,7 @@ fn without_a_socket_nothing_is_opened_and_nothing_wakes_the_loop() {
         let mut notifier = notifier(variables);
         notifier.handle_ready("all is well".to_owned(), START);
         assert!(notifier.target.is_none());
-        assert_eq!(notifier.poll_timeout(), None);
+        assert_eq!(notifier.deadline, None);
         assert!(!notifier.wants_status(at(60_000)));
     }
 }
@@ -63,7 +63,7 @@ fn without_a_watchdog_nothing_wakes_the_loop() {
     let mut notifier = manager.notifier(&[]);
     notifier.handle_ready("1 link".to_owned(), START);
     assert_eq!(manager.hear().as_deref(), Some("READY=1\nSTATUS=1 link"));
-    assert_eq!(notifier.poll_timeout(), None);
+    assert_eq!(notifier.deadline, None);
     notifier.handle_stopping();
     assert_eq!(manager.hear().as_deref(), Some("STOPPING=1"));
 }
@@ -72,11 +72,11 @@ fn without_a_watchdog_nothing_wakes_the_loop() {
 fn the_watchdog_is_fed_at_half_its_period() {
     let manager = Manager::new("watchdog");
     let mut notifier = manager.notifier(&[("WATCHDOG_USEC", "3000000")]);
-    assert_eq!(notifier.poll_timeout(), None);
+    assert_eq!(notifier.deadline, None);
     notifier.handle_ready(String::new(), START);
     manager.hear().unwrap();
     for turn in 1..4 {
-        assert_eq!(notifier.poll_timeout(), Some(at(turn * 1_500)));
+        assert_eq!(notifier.deadline, Some(at(turn * 1_500)));
         notifier.handle_timeout(at(turn * 1_500));
         assert_eq!(manager.hear().as_deref(), Some("WATCHDOG=1"));
     }
@@ -127,12 +127,12 @@ fn what_a_busy_manager_must_know_is_said_again() {
     }
     notifier.handle_ready("1 link".to_owned(), START);
     notifier.handle_status("2 links".to_owned());
-    assert_eq!(notifier.poll_timeout(), Some(at(100)));
+    assert_eq!(notifier.deadline, Some(at(100)));
     (0..filled).for_each(|_| assert_eq!(manager.hear().as_deref(), Some("STATUS=filling")));
     notifier.handle_timeout(at(100));
     assert_eq!(manager.hear().as_deref(), Some("READY=1\nSTATUS=1 link"));
     assert_eq!(manager.hear(), None);
-    assert_eq!(notifier.poll_timeout(), Some(at(400)));
+    assert_eq!(notifier.deadline, Some(at(400)));
     notifier.handle_status("2 links".to_owned());
     assert_eq!(manager.hear().as_deref(), Some("STATUS=2 links"));
 }
@@ -143,8 +143,74 @@ fn a_manager_that_is_gone_does_no_harm() {
     let mut notifier = manager.notifier(&[("WATCHDOG_USEC", "600000")]);
     drop(manager);
     notifier.handle_ready("1 link".to_owned(), START);
-    assert_eq!(notifier.owed, None);
-    assert_eq!(notifier.poll_timeout(), Some(at(300)));
+    assert!(notifier.owed.is_empty());
+    assert_eq!(notifier.deadline, Some(at(300)));
     notifier.handle_timeout(at(300));
     notifier.handle_stopping();
+}
+
+/// What a message of a reload says of its time.
+fn reloading_at(message: &str) -> i64 {
+    let micros = message.strip_prefix("RELOADING=1\nMONOTONIC_USEC=");
+    micros.and_then(|micros| micros.parse().ok()).expect(message)
+}
+
+fn monotonic_micros() -> i64 {
+    let clock = clock_gettime(ClockId::Monotonic);
+    clock.tv_sec * 1_000_000 + clock.tv_nsec / 1_000
+}
+
+#[test]
+fn a_reload_says_when_it_begins_and_that_it_is_over() {
+    let manager = Manager::new("reload");
+    let mut notifier = manager.notifier(&[]);
+    notifier.handle_ready("1 link".to_owned(), START);
+    manager.hear().unwrap();
+    let before = monotonic_micros();
+    notifier.handle_reloading(at(5_000));
+    let told = reloading_at(&manager.hear().unwrap());
+    assert!((before..=monotonic_micros()).contains(&told), "{told}");
+    notifier.handle_ready("2 links".to_owned(), at(5_000));
+    assert_eq!(manager.hear().as_deref(), Some("READY=1\nSTATUS=2 links"));
+    assert_eq!(manager.hear(), None);
+}
+
+#[test]
+fn a_reload_does_not_put_off_the_watchdog_nor_set_a_second_timer() {
+    let manager = Manager::new("reload-watchdog");
+    let mut notifier = manager.notifier(&[("WATCHDOG_USEC", "600000")]);
+    notifier.handle_ready(String::new(), START);
+    assert_eq!(notifier.take_timeout(), Some(at(300)));
+    notifier.handle_reloading(at(200));
+    notifier.handle_ready(String::new(), at(250));
+    assert_eq!(notifier.take_timeout(), None);
+    (0..3).for_each(|_| drop(manager.hear().unwrap()));
+    notifier.handle_timeout(at(299));
+    assert_eq!(manager.hear(), None);
+    notifier.handle_timeout(at(300));
+    assert_eq!(manager.hear().as_deref(), Some("WATCHDOG=1"));
+    assert_eq!(notifier.take_timeout(), Some(at(600)));
+}
+
+#[test]
+fn a_busy_manager_hears_of_the_last_reload_in_order() {
+    let manager = Manager::new("reload-busy");
+    let mut notifier = manager.notifier(&[]);
+    notifier.handle_ready(String::new(), START);
+    manager.hear().unwrap();
+    let mut filled = 0;
+    while notifier.send("STATUS=filling") == Outcome::Done {
+        filled += 1;
+    }
+    for round in 1..=3 {
+        notifier.handle_reloading(at(round));
+        notifier.handle_ready(format!("round {round}"), at(round));
+    }
+    (0..filled).for_each(|_| drop(manager.hear().unwrap()));
+    let again = notifier.take_timeout().unwrap();
+    notifier.handle_timeout(again);
+    reloading_at(&manager.hear().unwrap());
+    assert_eq!(manager.hear().as_deref(), Some("READY=1\nSTATUS=round 3"));
+    assert_eq!(manager.hear(), None);
+    assert_eq!(notifier.take_timeout(), None, "there is nothing to send");
 }

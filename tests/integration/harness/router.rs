@@ -2,6 +2,7 @@
 
 use std::net::SocketAddr;
 use std::os::unix::process::CommandExt;
+use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::thread;
 
@@ -41,6 +42,18 @@ impl Router {
         router
     }
 
+    /// Starts the router, and has all of its system calls that are called `call` and are about
+    /// `path` take so many seconds more: a driver that is stuck.
+    pub(crate) fn start_delayed(call: &str, path: &str, seconds: u32, arguments: &[&str]) -> Self {
+        let mut command = Command::new("strace");
+        // As a grandchild, so that the router is our child.
+        command.args(["-D", "-f", "-qq", "-o", "/dev/null", "-P", path]);
+        command.args(["-e", &format!("inject={call}:delay_enter={seconds}s"), PROGRAM]);
+        let router = Self::spawn(&mut command, false, arguments);
+        router.log.wait_for(&["ready"]);
+        router
+    }
+
     /// Starts the router and waits for nothing.
     pub(crate) fn launch(arguments: &[&str]) -> Self {
         Self::launch_in(arguments, |_| {})
@@ -58,6 +71,14 @@ impl Router {
         Self::launch_in(arguments, |command| {
             user.map(|user| command.uid(user).gid(user));
         })
+    }
+
+    /// The same with a terminal as its standard input.
+    pub(crate) fn launch_at(terminal: &Path, arguments: &[&str]) -> Self {
+        let mut command = Command::new("sh");
+        command.args(["-c", "exec \"$0\" \"$@\" <\"$TERMINAL\"", PROGRAM]);
+        without_manager(command.env("TERMINAL", terminal));
+        Self::spawn(&mut command, false, arguments)
     }
 
     /// The same in surroundings of which `prepare` says more.
