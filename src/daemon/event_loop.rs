@@ -51,6 +51,8 @@ pub(super) struct Daemon {
     router_deadline: Option<Time>,
     /// Sources that may have more to read than a turn allows.
     pub(super) ready: Vec<Ready>,
+    /// TCP servers at which connections may wait: accepted once room was made for them.
+    pub(super) accepting: Vec<usize>,
     /// Links that stopped in the middle of a frame.
     pub(super) unfinished: LinkSet,
     /// Links whose [`Timer::Pace`] is set.
@@ -113,7 +115,7 @@ impl Meaning {
 ///
 /// # Errors
 ///
-/// If an endpoint cannot be opened and waiting would not help; then nothing has been sent. Or if
+/// If an endpoint cannot be opened and waiting would not help; then nothing has been routed. Or if
 /// the system refuses what the loop itself needs.
 pub fn run(config: DaemonConfig) -> Result<(), StartError> {
     let mut daemon = Daemon::new(config)?;
@@ -147,6 +149,7 @@ impl Daemon {
             timers: Timers::default(),
             router_deadline: None,
             ready: Vec::new(),
+            accepting: Vec::new(),
             unfinished: LinkSet::EMPTY,
             pace_timers: LinkSet::EMPTY,
             stall_timers: LinkSet::EMPTY,
@@ -224,6 +227,7 @@ impl Daemon {
         let dirty = self.router.take_dirty();
         self.io.flush_all(&mut self.router, dirty, self.now);
         self.close_broken();
+        self.accept_all();
         self.handle_unsent();
         self.report_events();
         self.tell_status();
@@ -250,7 +254,7 @@ impl Daemon {
             return;
         };
         match &mut endpoint.state {
-            State::Listening(..) => self.accept(index),
+            State::Listening(..) => self.accepting.push(index),
             State::Connecting(..) => self.check_connected(index),
             State::Datagrams(port) => {
                 if event.is_writable() && !port.writable {
@@ -297,6 +301,7 @@ impl Daemon {
                     self.stall_timers.remove(link);
                     self.check_stalled(link);
                 }
+                Timer::Log(index) => self.say_last_word(index),
                 Timer::Notify => self.feed_watchdog(),
                 Timer::Router => {
                     self.router_deadline = None;

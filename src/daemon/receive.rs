@@ -27,7 +27,7 @@ impl Daemon {
         match source {
             Ready::Link(link) => self.receive_stream(link),
             Ready::Endpoint(index) => match self.io.endpoints[index].state {
-                State::Listening(..) => self.accept(index),
+                State::Listening(..) => self.accepting.push(index),
                 State::Datagrams(_) => self.receive_datagrams(index),
                 _ => {}
             },
