@@ -7,17 +7,18 @@ use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{self, Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::{CommandFactory, Parser};
 use clap_complete::Shell;
-use mavswitch::check::{check, explain};
+use mavswitch::check::{check, explain, wrong};
 use mavswitch::cli::{Cli, Command, NOTHING_TO_JOIN, config_files};
-use mavswitch::config::{CONFIG_DIR, Config, load_config, load_dialect, write_rows};
-use mavswitch::daemon::{DaemonConfig, run};
+use mavswitch::config::{CONFIG_DIR, Config, LogLevel, load_config, load_dialect, write_rows};
+use mavswitch::daemon::{DaemonConfig, Host, run};
 use mavswitch::link::list_ports;
 use mavswitch::mavlink::Dialect;
 
-use crate::log::Log;
+use crate::log::{Level, Log};
 
 /// The exit status for a command line or a configuration that cannot be used; clap has the same.
 /// To start again would not help, and a service manager can tell by it.
@@ -36,7 +37,7 @@ fn main() -> ExitCode {
                 let _ = writeln!(io::stderr(), "{NOTHING_TO_JOIN}");
                 return ExitCode::from(USAGE);
             }
-            Ok(config) => return route(config),
+            Ok(config) => return route(cli, config),
             Err(error) => {
                 complain(&error);
                 return ExitCode::from(USAGE);
@@ -60,9 +61,9 @@ fn complain(error: &dyn Display) {
     }
 }
 
-fn route(config: Config) -> ExitCode {
+fn route(cli: Cli, config: Config) -> ExitCode {
     let log = Log::start(&config.general);
-    match join(config) {
+    match join(config, Arc::new(Program { cli, log_level: log.level() })) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             if log.is_for_programs() {
@@ -78,15 +79,46 @@ fn route(config: Config) -> ExitCode {
 }
 
 /// Joins the endpoints until a signal ends it.
-fn join(config: Config) -> Result<(), Box<dyn Error>> {
+fn join(config: Config, program: Arc<Program>) -> Result<(), Box<dyn Error>> {
+    let config = for_daemon(config)?;
+    tracing::info!("mavswitch {} starting", env!("CARGO_PKG_VERSION"));
+    Ok(run(config, program)?)
+}
+
+/// Reads the definition files too.
+fn for_daemon(config: Config) -> Result<DaemonConfig, Box<dyn Error>> {
     let mut dialect = Dialect::builtin();
     for file in &config.general.dialect {
         dialect.add(load_dialect(file)?)?;
     }
-    let router = config.general.router;
     let endpoints = config.endpoints.into_iter().map(|endpoint| endpoint.config).collect();
-    tracing::info!("mavswitch {} starting", env!("CARGO_PKG_VERSION"));
-    Ok(run(DaemonConfig { endpoints, router, dialect })?)
+    Ok(DaemonConfig { general: config.general, endpoints, dialect })
+}
+
+/// What the daemon asks for while it runs.
+struct Program {
+    /// The command line counts as at the start.
+    cli: Cli,
+    log_level: Level,
+}
+
+impl Host for Program {
+    fn load(&self) -> Result<DaemonConfig, Vec<String>> {
+        let lines = |error: &dyn Display| error.to_string().lines().map(str::to_owned).collect();
+        let config = self.cli.config().map_err(|error| -> Vec<String> { lines(&error) })?;
+        if config.endpoints.is_empty() {
+            return Err(vec!["nothing to join: no endpoint is configured any more".to_owned()]);
+        }
+        let wrong: Vec<String> = wrong(&config).iter().map(ToString::to_string).collect();
+        if !wrong.is_empty() {
+            return Err(wrong);
+        }
+        for_daemon(config).map_err(|error| lines(&error))
+    }
+
+    fn set_log_level(&self, level: LogLevel) {
+        self.log_level.set(level);
+    }
 }
 
 /// Tells what a configuration means on standard output, and what is to be said of it on standard

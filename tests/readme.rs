@@ -5,11 +5,12 @@
 
 use clap::CommandFactory;
 use mavswitch::cli::Cli;
-use mavswitch::config::{AddressKind, EndpointConfig, OPTIONS, OptionSpec};
+use mavswitch::config::{AddressKind, EndpointConfig, GENERAL, OPTIONS, OnChange, OptionSpec};
 use mavswitch::link::{BATCH, Backoff};
 use mavswitch::mavlink::{MAX_DEFINITIONS, MAX_FRAME, MAX_MESSAGES, Splitter};
 use mavswitch::routing::{
-    Capacity, LOOP_WINDOW, LinkOptions, MAX_COMPONENTS, MAX_LINKS, QueueLimits, RouterOptions,
+    Capacity, HELD_BACK, LOOP_WINDOW, LinkOptions, MAX_COMPONENTS, MAX_LINKS, QueueLimits,
+    REMEMBERED, RING_WINDOW, RouterOptions,
 };
 
 const README: &str = include_str!("../README.md");
@@ -90,7 +91,7 @@ fn every_endpoint_of_a_command_can_be_read() {
 
 #[test]
 fn every_flag_exists_and_every_flag_is_told() {
-    let foreign = ["release", "locked", "path", "no-mavproxy", "master"];
+    let foreign = ["release", "locked", "path", "no-mavproxy", "master", "now"];
     let is_name = |c: char| c.is_ascii_alphanumeric() || c == '-';
     let words = README.split("--").skip(1).map(|rest| rest.split(|c| !is_name(c)).next().unwrap());
     let is_flag = |word: &&str| word.starts_with(|c: char| c.is_ascii_lowercase());
@@ -134,6 +135,7 @@ fn the_bounds_are_those_of_the_program() {
     assert_eq!(bounds("share of directed frames")[0] * 1_000, shares.immediate);
     assert_eq!(bounds("silence of a route"), [seconds(age)]);
     assert_eq!(bounds("loop window"), [seconds(LOOP_WINDOW)]);
+    assert_eq!(bounds("frames remembered"), [REMEMBERED, seconds(RING_WINDOW), seconds(HELD_BACK)]);
     assert_eq!(bounds("length of a frame"), [MAX_FRAME]);
     assert_eq!(bounds("unfinished frame"), [Splitter::CARRY]);
     assert_eq!(bounds("reading from one link")[3], BATCH);
@@ -141,6 +143,20 @@ fn the_bounds_are_those_of_the_program() {
     assert_eq!(bounds("message definitions"), [MAX_DEFINITIONS]);
     let told = README.contains(&format!("after {} ms, doubling up to 2,000 ms", delays[0]));
     assert!(told && delays[8] == 2_000, "{delays:?}");
+}
+
+#[test]
+fn what_needs_an_endpoint_opened_again_is_told() {
+    let names = |specs: Vec<&str>| -> String {
+        let (last, others) = specs.split_last().unwrap();
+        format!("`{}` and `{last}`", others.join("`, `"))
+    };
+    let reopen = OPTIONS.iter().filter(|spec| spec.on_change == OnChange::Reopen);
+    let reopen = names(reopen.map(|spec| spec.name).collect());
+    assert!(README.contains(&format!("{reopen} need it closed")), "{reopen}");
+    let fixed = GENERAL.iter().filter(|spec| !spec.is_reloaded).map(|spec| spec.name);
+    assert_eq!(fixed.collect::<Vec<_>>(), ["log_format"]);
+    assert!(README.contains("All general keys take effect, but for `log_format`"));
 }
 
 #[test]

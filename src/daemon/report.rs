@@ -3,6 +3,7 @@
 use tracing::{Level, debug, info, warn};
 
 use super::endpoint::Endpoint;
+use super::endpoint_table::EndpointId;
 use super::event_loop::Daemon;
 use super::links::Link;
 use super::log_limit::{LeftOut, Topic};
@@ -53,9 +54,10 @@ impl Daemon {
         let is_its = |endpoint: &&Endpoint| endpoint.membership.is_some_and(|m| m.group == group);
         let group = endpoints.find(is_its).and_then(|endpoint| endpoint.options().group.clone());
         let group = group.unwrap_or_default();
-        match member.and_then(|member| self.io.endpoints.get(usize::from(member))) {
-            Some(endpoint) => {
-                info!("group {group}: sending over {} now{left_out}", endpoint.name);
+        match member.and_then(|member| self.io.endpoints.id_at(member)) {
+            Some(index) => {
+                let name = &self.io.endpoints[index].name;
+                info!("group {group}: sending over {name} now{left_out}");
             }
             None => info!("group {group}: no path is good; sending over all{left_out}"),
         }
@@ -99,17 +101,17 @@ impl Daemon {
     }
 
     /// Tells how an endpoint is getting on.
-    pub(super) fn tell(&mut self, index: usize, text: &str) {
+    pub(super) fn tell(&mut self, index: EndpointId, text: &str) {
         self.say(index, Level::INFO, Topic::State, text);
     }
 
     /// Warns of something about an endpoint.
-    pub(super) fn warn(&mut self, index: usize, text: &str) {
+    pub(super) fn warn(&mut self, index: EndpointId, text: &str) {
         self.say(index, Level::WARN, Topic::State, text);
     }
 
     /// Writes a line about an endpoint, or leaves it out, for the time being or for good.
-    pub(super) fn say(&mut self, index: usize, level: Level, topic: Topic, text: &str) {
+    pub(super) fn say(&mut self, index: EndpointId, level: Level, topic: Topic, text: &str) {
         let Endpoint { log, name, .. } = &mut self.io.endpoints[index];
         let limit = log.of(topic);
         if let Some(left_out) = limit.permit(self.now) {
@@ -127,8 +129,9 @@ impl Daemon {
     }
 
     /// Says what had to wait, if nothing was said since.
-    pub(super) fn say_last_word(&mut self, index: usize) {
-        let Endpoint { log, name, .. } = &mut self.io.endpoints[index];
+    pub(super) fn say_last_word(&mut self, index: EndpointId) {
+        let Some(endpoint) = self.io.endpoints.get_mut(index) else { return };
+        let Endpoint { log, name, .. } = endpoint;
         let Some((level, text)) = log.unsaid.take() else { return };
         match log.of(Topic::State).permit(self.now) {
             // It has been counted as left out itself.

@@ -4,13 +4,14 @@ use std::io;
 use std::net::SocketAddr;
 
 use super::endpoint::{Endpoint, State};
+use super::endpoint_table::EndpointTable;
 use super::links::{LinkTable, Output, StreamOutput};
 use crate::link::{BATCH, send_datagrams};
 use crate::routing::{LinkId, LinkSet, Packed, Port, Router, Time};
 
 /// Everything that bytes leave by.
 pub(super) struct Io {
-    pub(super) endpoints: Vec<Endpoint>,
+    pub(super) endpoints: EndpointTable,
     pub(super) links: LinkTable,
     /// Links to be closed at the end of the turn, and why. Not at once: whoever notices is in the
     /// middle of using them, and events of this turn may still name them.
@@ -24,9 +25,9 @@ pub(super) struct Io {
 }
 
 impl Io {
-    pub(super) fn new(endpoints: Vec<Endpoint>) -> Self {
+    pub(super) fn new() -> Self {
         Self {
-            endpoints,
+            endpoints: EndpointTable::default(),
             links: LinkTable::new(),
             closing: Vec::new(),
             blocked: LinkSet::EMPTY,
