@@ -3,6 +3,8 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod changes;
+mod copies;
 mod defects;
 mod every_message;
 mod filters;
