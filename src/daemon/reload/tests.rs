@@ -9,7 +9,7 @@ use mio::{Events, Poll, Token};
 
 use super::*;
 use crate::config::{AddressKind, OPTIONS, OnChange};
-use crate::daemon::endpoint::State;
+use crate::daemon::endpoint::{Role, State};
 use crate::daemon::signals::Signals;
 use crate::routing::{Learn, LinkId, LinkOptions, RouterOptions};
 
@@ -311,8 +311,8 @@ fn what_was_asked_for_one_that_is_gone_is_answered_to_nobody() {
     let State::Datagrams(port) = &daemon.io.endpoints.iter().next().unwrap().state else {
         panic!("it is not open")
     };
-    let link = port.links()[0];
-    assert_eq!(daemon.io.links.get(link).unwrap().peer, "127.0.0.1:10");
+    let Role::Sender { remote, .. } = &port.role else { panic!("it sends to one address") };
+    assert_eq!(remote.to_string(), "127.0.0.1:10");
 }
 
 #[test]
