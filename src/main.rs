@@ -1,5 +1,6 @@
 //! The program: arguments in, exit status out; all else is in the library.
 
+use std::env;
 use std::error::Error;
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
@@ -8,9 +9,12 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use mavswitch::check::{check, explain};
-use mavswitch::cli::{Cli, Command, NOTHING_TO_JOIN, config_files};
+use mavswitch::cli::{
+    Cli, Command, NOTHING_FOR_ROUTERD, NOTHING_TO_JOIN, RouterdCli, config_files,
+};
 use mavswitch::config::{
-    CONFIG_DIR, Config, General, LogFormat, LogLevel, load_config, load_dialect, write_rows,
+    CONFIG_DIR, Config, ConfigError, ConfigProblem, General, LogFormat, LogLevel, ROUTERD_DIR,
+    RouterdArguments, RouterdFiles, import_routerd, load_config, load_dialect, write_rows,
 };
 use mavswitch::daemon::{DaemonConfig, run};
 use mavswitch::link::list_ports;
@@ -23,24 +27,40 @@ use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
 const USAGE: u8 = 2;
 
 fn main() -> ExitCode {
+    if env::args_os().next().is_some_and(|name| RouterdCli::is_called(&name)) {
+        let imported = RouterdCli::parse().import();
+        return start(imported.map(|it| (it.config, it.notes)), NOTHING_FOR_ROUTERD);
+    }
     let cli = Cli::parse();
-    let outcome = match &cli.command {
+    finish(match &cli.command {
         Some(Command::Dialect { file }) => print_dialect(file),
         Some(Command::Ports) => print_ports(),
         Some(Command::Check { file }) => check_config(file.as_deref()),
+        Some(Command::Import { from }) => import(from.as_deref()),
         Some(Command::Config(_)) => print_config(&cli),
-        None => match cli.config() {
-            Ok(config) if config.endpoints.is_empty() => {
-                let _ = writeln!(io::stderr(), "{NOTHING_TO_JOIN}");
-                return ExitCode::from(USAGE);
-            }
-            Ok(config) => route(config),
-            Err(error) => {
-                complain(&error);
-                return ExitCode::from(USAGE);
-            }
-        },
-    };
+        None => return start(cli.config().map(|config| (config, Vec::new())), NOTHING_TO_JOIN),
+    })
+}
+
+/// Routes, if there is a configuration that can be used.
+fn start(
+    configured: Result<(Config, Vec<ConfigProblem>), ConfigError>,
+    nothing_to_join: &str,
+) -> ExitCode {
+    match configured {
+        Ok((config, _)) if config.endpoints.is_empty() => {
+            let _ = writeln!(io::stderr(), "{nothing_to_join}");
+            ExitCode::from(USAGE)
+        }
+        Ok((config, notes)) => finish(route(config, &notes)),
+        Err(error) => {
+            complain(&error);
+            ExitCode::from(USAGE)
+        }
+    }
+}
+
+fn finish(outcome: Result<(), Box<dyn Error>>) -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -58,7 +78,8 @@ fn complain(error: &dyn Display) {
     }
 }
 
-fn route(config: Config) -> Result<(), Box<dyn Error>> {
+/// Routes; tells the notes on the configuration first.
+fn route(config: Config, notes: &[ConfigProblem]) -> Result<(), Box<dyn Error>> {
     // What is left of the log is written before the last word.
     let _log = start_log(&config.general);
     let mut dialect = Dialect::builtin();
@@ -68,6 +89,9 @@ fn route(config: Config) -> Result<(), Box<dyn Error>> {
     let router = config.general.router;
     let endpoints = config.endpoints.into_iter().map(|endpoint| endpoint.config).collect();
     tracing::info!("mavswitch {} starting", env!("CARGO_PKG_VERSION"));
+    for note in notes {
+        tracing::warn!("{note}");
+    }
     Ok(run(DaemonConfig { endpoints, router, dialect })?)
 }
 
@@ -100,6 +124,17 @@ fn print_config(cli: &Cli) -> Result<(), Box<dyn Error>> {
         *file = path::absolute(&*file)?;
     }
     print(&config.to_string())
+}
+
+/// Prints a configuration of mavlink-router as one of ours, and what is to be said of it on
+/// standard error too, where it is seen when the file is written.
+fn import(from: Option<&Path>) -> Result<(), Box<dyn Error>> {
+    let from = from.unwrap_or_else(|| Path::new(ROUTERD_DIR));
+    let imported = import_routerd(&RouterdFiles::at(from)?, &RouterdArguments::default())?;
+    for note in &imported.notes {
+        complain(note);
+    }
+    print(&imported.to_toml(&from.display().to_string()))
 }
 
 /// Writes to standard output.

@@ -197,6 +197,18 @@ pub const OPTIONS: &[OptionSpec] = &[
         show: |options| Some(value::show_time(options.stall_timeout)),
     },
     OptionSpec {
+        name: "retry",
+        value: "TIME",
+        shape: Shape::Time,
+        expects: "a time of 100ms to 60m, or 0 to connect only once",
+        help: "wait at most so long before the next try to connect; 0: connect only once",
+        default: Some("2s"),
+        applies_to: &[TcpOut],
+        needs: None,
+        set: |to, text| put(&mut to.options.retry, value::seconds_or_zero(text, TIMEOUT)),
+        show: |options| Some(value::show_time(options.retry)),
+    },
+    OptionSpec {
         name: "sticky",
         value: "true|false",
         shape: Shape::Flag,

@@ -182,9 +182,9 @@ impl Endpoint {
     pub(super) fn new(config: EndpointConfig, now: Time) -> Self {
         Self {
             name: config.name(),
+            backoff: Backoff::up_to(config.options.retry),
             config,
             state: State::Waiting,
-            backoff: Backoff::new(),
             deadline: None,
             filter_in: FilterLists::default(),
             filter_out: FilterLists::default(),
@@ -206,5 +206,10 @@ impl Endpoint {
 
     pub(super) fn options(&self) -> &EndpointOptions {
         &self.config.options
+    }
+
+    /// Whether it is given up when it fails.
+    pub(super) fn tries_once(&self) -> bool {
+        self.config.options.retry.is_zero()
     }
 }

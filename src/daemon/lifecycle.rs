@@ -160,7 +160,8 @@ impl Daemon {
         let failure = Some((verb, error.kind()));
         if endpoint.told != failure {
             endpoint.told = failure;
-            self.warn(index, &format!("cannot {action}: {error}; waiting for it"));
+            let outlook = if endpoint.tries_once() { "" } else { "; waiting for it" };
+            self.warn(index, &format!("cannot {action}: {error}{outlook}"));
         }
         self.try_again(index);
     }
@@ -169,6 +170,9 @@ impl Daemon {
     fn try_again(&mut self, index: usize) {
         let endpoint = &mut self.io.endpoints[index];
         let has_more = endpoint.next_address < endpoint.addresses.len();
+        if !has_more && endpoint.tries_once() {
+            return self.tell(index, "not tried again (retry=0)");
+        }
         let delay = if has_more { Duration::ZERO } else { endpoint.backoff.next_delay() };
         if !has_more {
             endpoint.addresses.clear();
