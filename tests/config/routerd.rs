@@ -5,7 +5,9 @@
 
 use std::path::Path;
 
+use clap::CommandFactory;
 use mavswitch::check::check;
+use mavswitch::cli::RouterdCli;
 use mavswitch::config::{
     ConfigError, ENDPOINT_KEYS, GENERAL_KEYS, Imported, RouterdArguments, RouterdFiles,
     SectionKind, import_routerd, parse_config,
@@ -70,6 +72,24 @@ fn sections(word: &str) -> Vec<&'static str> {
 fn assert_has(sections: &[&str], key: &str) {
     let line = format!("\n{key} = ");
     assert!(sections.iter().any(|it| it.contains(&line)), "no {key} in {sections:?}");
+}
+
+#[test]
+fn the_manual_explains_every_flag_and_every_key() {
+    let manual = include_str!("../../man/mavlink-routerd.1").replace("\\-", "-");
+    let general = GENERAL_KEYS.iter().map(|spec| spec.name);
+    for key in general.chain(ENDPOINT_KEYS.iter().map(|spec| spec.name)) {
+        assert!(manual.contains(&format!("\\fB{key}\\fR")), "{key}");
+    }
+    let mut command = RouterdCli::command();
+    command.build();
+    for flag in command.get_arguments().filter(|it| !it.is_positional()) {
+        let (short, long) = (flag.get_short().unwrap(), flag.get_long().unwrap());
+        assert!(
+            manual.contains(&format!("\\fB-{short}\\fR, \\fB--{long}\\fR")),
+            "-{short}, --{long}"
+        );
+    }
 }
 
 #[test]
