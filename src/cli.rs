@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
 
 use crate::config::{
     self, CONFIG_DIR, Config, ConfigError, Endpoint, EndpointConfig, General, LogFormat, LogLevel,
@@ -46,6 +47,12 @@ pub enum Command {
     },
     /// List the serial ports of this computer: what each one is, and whether you may open it
     Ports,
+    /// Print what a shell needs to complete command lines, for its directory of completions
+    Completions {
+        /// Which shell
+        #[arg(value_name = "SHELL")]
+        shell: Shell,
+    },
     /// Check a configuration file, and tell what it means and what is missing; opens no endpoint
     Check {
         /// The file; without it, those in /etc/mavswitch
@@ -127,7 +134,7 @@ pub struct LogArgs {
     #[arg(short, long, action = clap::ArgAction::Count, global = true)]
     pub quiet: u8,
 
-    /// How log lines look [default: text]
+    /// How log lines look [default: auto]
     #[arg(long, value_name = "FORMAT", global = true)]
     pub log_format: Option<LogFormat>,
 }

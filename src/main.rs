@@ -1,26 +1,29 @@
-//! The program: arguments in, exit status out; all else is in the library.
+//! The program: arguments in, exit status out; all else but the log is in the library.
+
+mod log;
 
 use std::env;
 use std::error::Error;
 use std::fmt::Display;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::{self, Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
+use clap_complete::Shell;
 use mavswitch::check::{check, explain};
 use mavswitch::cli::{
     Cli, Command, NOTHING_FOR_ROUTERD, NOTHING_TO_JOIN, RouterdCli, config_files,
 };
 use mavswitch::config::{
-    CONFIG_DIR, Config, ConfigError, ConfigProblem, General, LogFormat, LogLevel, ROUTERD_DIR,
-    RouterdArguments, RouterdFiles, import_routerd, load_config, load_dialect, write_rows,
+    CONFIG_DIR, Config, ConfigError, ConfigProblem, ROUTERD_DIR, RouterdArguments, RouterdFiles,
+    import_routerd, load_config, load_dialect, write_rows,
 };
 use mavswitch::daemon::{DaemonConfig, run};
 use mavswitch::link::list_ports;
 use mavswitch::mavlink::Dialect;
-use tracing::level_filters::LevelFilter;
-use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
+
+use crate::log::Log;
 
 /// The exit status for a command line or a configuration that cannot be used; clap has the same.
 /// To start again would not help, and a service manager can tell by it.
@@ -38,6 +41,7 @@ fn main() -> ExitCode {
         Some(Command::Check { file }) => check_config(file.as_deref()),
         Some(Command::Import { from }) => import(from.as_deref()),
         Some(Command::Config(_)) => print_config(&cli),
+        Some(Command::Completions { shell }) => print_completions(*shell),
         None => return start(cli.config().map(|config| (config, Vec::new())), NOTHING_TO_JOIN),
     })
 }
@@ -52,7 +56,7 @@ fn start(
             let _ = writeln!(io::stderr(), "{nothing_to_join}");
             ExitCode::from(USAGE)
         }
-        Ok((config, notes)) => finish(route(config, &notes)),
+        Ok((config, notes)) => route(config, &notes),
         Err(error) => {
             complain(&error);
             ExitCode::from(USAGE)
@@ -79,9 +83,25 @@ fn complain(error: &dyn Display) {
 }
 
 /// Routes; tells the notes on the configuration first.
-fn route(config: Config, notes: &[ConfigProblem]) -> Result<(), Box<dyn Error>> {
-    // What is left of the log is written before the last word.
-    let _log = start_log(&config.general);
+fn route(config: Config, notes: &[ConfigProblem]) -> ExitCode {
+    let log = Log::start(&config.general);
+    match join(config, notes) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            if log.is_for_programs() {
+                tracing::error!("{error}");
+            } else {
+                // What is left of the log is written before the last word.
+                drop(log);
+                complain(&error);
+            }
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Joins the endpoints until a signal ends it.
+fn join(config: Config, notes: &[ConfigProblem]) -> Result<(), Box<dyn Error>> {
     let mut dialect = Dialect::builtin();
     for file in &config.general.dialect {
         dialect.add(load_dialect(file)?)?;
@@ -100,14 +120,14 @@ fn route(config: Config, notes: &[ConfigProblem]) -> Result<(), Box<dyn Error>> 
 fn check_config(file: Option<&Path>) -> Result<(), Box<dyn Error>> {
     let files = config_files(file)?;
     let config = load_config(&files)?;
-    print(&explain(&config))?;
+    print(explain(&config).as_bytes())?;
     let findings = check(&config);
     for finding in &findings {
         complain(finding);
     }
     let wrong = findings.iter().filter(|finding| finding.is_wrong).count();
     match wrong {
-        0 => print(&format!("{}: right\n", names(&files))),
+        0 => print(format!("{}: right\n", names(&files)).as_bytes()),
         _ => Err(format!("{}: cannot be used", names(&files)).into()),
     }
 }
@@ -123,7 +143,7 @@ fn print_config(cli: &Cli) -> Result<(), Box<dyn Error>> {
         // In a file, names are relative to the file.
         *file = path::absolute(&*file)?;
     }
-    print(&config.to_string())
+    print(config.to_string().as_bytes())
 }
 
 /// Prints a configuration of mavlink-router as one of ours, and what is to be said of it on
@@ -134,12 +154,12 @@ fn import(from: Option<&Path>) -> Result<(), Box<dyn Error>> {
     for note in &imported.notes {
         complain(note);
     }
-    print(&imported.to_toml(&from.display().to_string()))
+    print(imported.to_toml(&from.display().to_string()).as_bytes())
 }
 
 /// Writes to standard output.
-fn print(text: &str) -> Result<(), Box<dyn Error>> {
-    match io::stdout().lock().write_all(text.as_bytes()) {
+fn print(text: &[u8]) -> Result<(), Box<dyn Error>> {
+    match io::stdout().lock().write_all(text) {
         // Whoever reads has read enough, as `head` does.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         outcome => Ok(outcome?),
@@ -168,34 +188,8 @@ fn print_ports() -> Result<(), Box<dyn Error>> {
     }
 }
 
-/// Starts the log. Lines are written until the guard is dropped; those that nobody takes in time
-/// are left out.
-fn start_log(general: &General) -> WorkerGuard {
-    let level = match general.log_level {
-        LogLevel::Error => LevelFilter::ERROR,
-        LogLevel::Warn => LevelFilter::WARN,
-        LogLevel::Info => LevelFilter::INFO,
-        LogLevel::Debug => LevelFilter::DEBUG,
-        LogLevel::Trace => LevelFilter::TRACE,
-    };
-    let (writer, guard) = NonBlockingBuilder::default()
-        .lossy(true)
-        .buffered_lines_limit(LOG_LINES)
-        .finish(io::stderr());
-    let builder = tracing_subscriber::fmt()
-        .with_max_level(level)
-        .with_target(false)
-        .with_ansi(io::stderr().is_terminal())
-        // Its only words would go where the log itself cannot go.
-        .log_internal_errors(false)
-        .with_writer(writer);
-    match general.log_format {
-        LogFormat::Text => builder.init(),
-        LogFormat::Json => builder.json().init(),
-        LogFormat::Plain => builder.without_time().init(),
-    }
-    guard
+fn print_completions(shell: Shell) -> Result<(), Box<dyn Error>> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "mavswitch", &mut script);
+    print(&script)
 }
-
-/// How many lines wait while nobody reads the log.
-const LOG_LINES: usize = 1_024;

@@ -25,12 +25,16 @@ pub struct General {
 /// How log lines look.
 #[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum LogFormat {
-    /// One line of text for each event, with the time
+    /// As `journal` if standard error is the journal of systemd, otherwise as `text`
     #[default]
+    Auto,
+    /// One line of text for each event, with the time
     Text,
     /// One JSON object for each event
     Json,
-    /// One line of text without the time, for a log that adds its own
+    /// Lines with priorities and without the time, for the journal of systemd
+    Journal,
+    /// One line of text without the time, for another log that adds its own
     Plain,
 }
 
@@ -128,9 +132,9 @@ pub const GENERAL: &[GeneralSpec] = &[
     GeneralSpec {
         name: "log_format",
         shape: Shape::Text,
-        expects: "text, json or plain",
-        help: "how log lines look: text, json, or plain, which is text without the time",
-        default: Some("\"text\""),
+        expects: "auto, text, json, journal or plain",
+        help: "how log lines look: auto, text, json, journal or plain; auto: journal under systemd, else text",
+        default: Some("\"auto\""),
         set: |to, words| put(&mut to.log_format, words.first().and_then(|word| choice(word))),
         show: |general| show_choice(&general.log_format),
     },

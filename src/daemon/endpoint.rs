@@ -39,7 +39,7 @@ pub(super) struct Endpoint {
     /// What its host means, and which of these addresses comes next.
     pub(super) addresses: Vec<SocketAddr>,
     pub(super) next_address: usize,
-    /// Whether the resolver owes an answer: one question at a time.
+    /// Whether a helper owes an answer, the resolver or the opener: one question at a time.
     pub(super) is_asking: bool,
     pub(super) log: LogLimit,
     /// The failure that was last told, so that it is told once and not at every try.
@@ -67,6 +67,8 @@ pub(super) enum State {
     Waiting,
     /// The host name was asked for.
     Resolving,
+    /// A serial port is being opened; if it still is at the deadline, that is told.
+    Opening,
     /// A TCP connection is being made; given up at the deadline.
     Connecting(TcpStream, SocketAddr),
     /// Waits for TCP connections, and has so many.

@@ -50,15 +50,13 @@ pub(super) fn may_pass(config: &EndpointConfig, error: &io::Error) -> bool {
     let is_serial = config.address.kind() == AddressKind::Serial;
     match error.kind() {
         AddrInUse | PermissionDenied | ResourceBusy => false,
-        // Not a terminal at all.
-        _ if is_serial => error.raw_os_error() != Some(libc::ENOTTY) && !is_not_a_tty(error),
+        _ if is_serial => !is_not_a_tty(error),
         _ => true,
     }
 }
 
-/// The serial library keeps the text of the error only.
 fn is_not_a_tty(error: &io::Error) -> bool {
-    error.to_string().starts_with("Not a typewriter")
+    error.raw_os_error() == Some(libc::ENOTTY)
 }
 
 /// What to do about an error, as a parenthesis behind it.

@@ -12,12 +12,13 @@ use super::endpoint::State;
 use super::error::StartError;
 use super::links::Output;
 use super::log_limit::LogLimit;
+use super::notify::Notifier;
 use super::settings::settle;
 use super::signals::Signals;
 use super::timers::{Timer, Timers};
 use super::transmit::Io;
 use crate::config::EndpointConfig;
-use crate::link::{Inbox, Resolver, Stream};
+use crate::link::{Inbox, Opener, Resolver, Stream};
 use crate::mavlink::{Checker, Dialect};
 use crate::routing::{LinkId, LinkSet, Router, RouterOptions, Time};
 
@@ -37,6 +38,7 @@ pub(super) struct Daemon {
     pub(super) poll: Poll,
     pub(super) signals: Signals,
     pub(super) resolver: Resolver,
+    pub(super) opener: Opener,
     start: Instant,
     /// The time of this turn: the clock is read once a turn.
     pub(super) now: Time,
@@ -58,6 +60,7 @@ pub(super) struct Daemon {
     /// Where a datagram of somebody unknown stands while it is looked at.
     pub(super) stranger: Vec<u8>,
     pub(super) component_log: LogLimit,
+    pub(super) notifier: Notifier,
     pub(super) unrouted_log: LogLimit,
 }
 
@@ -116,7 +119,10 @@ pub fn run(config: DaemonConfig) -> Result<(), StartError> {
     let mut daemon = Daemon::new(config)?;
     daemon.open_all()?;
     info!("ready");
-    daemon.work().map_err(StartError::System)
+    daemon.tell_ready();
+    daemon.work().map_err(StartError::System)?;
+    daemon.close_serial_ports();
+    Ok(())
 }
 
 impl Daemon {
@@ -124,12 +130,14 @@ impl Daemon {
         let poll = Poll::new().map_err(StartError::System)?;
         let signals = Signals::register(poll.registry(), SIGNAL).map_err(StartError::System)?;
         let waker = Waker::new(poll.registry(), WAKE).map_err(StartError::System)?;
+        let waker = Arc::new(waker);
         let now = Time::ZERO;
         let endpoints = settle(config.endpoints, &config.dialect, now)?;
         Ok(Self {
             poll,
             signals,
-            resolver: Resolver::new(Arc::new(waker)),
+            resolver: Resolver::new(Arc::clone(&waker)),
+            opener: Opener::new(waker),
             start: Instant::now(),
             now,
             router: Router::new(config.router),
@@ -144,6 +152,7 @@ impl Daemon {
             stall_timers: LinkSet::EMPTY,
             stranger: Vec::new(),
             component_log: LogLimit::new(now),
+            notifier: Notifier::from_environment(),
             unrouted_log: LogLimit::new(now),
         })
     }
@@ -152,7 +161,7 @@ impl Daemon {
         self.poll.registry()
     }
 
-    fn clock(&self) -> Time {
+    pub(super) fn clock(&self) -> Time {
         // Wraps after 584,000 years.
         Time::from_micros(self.start.elapsed().as_micros() as u64)
     }
@@ -165,6 +174,7 @@ impl Daemon {
             stopping = self.turn(&mut events, timeout)?;
         }
         info!("stopping");
+        self.notifier.handle_stopping();
         self.drain(&mut events)?;
         self.report_links();
         Ok(())
@@ -216,6 +226,7 @@ impl Daemon {
         self.close_broken();
         self.handle_unsent();
         self.report_events();
+        self.tell_status();
         self.set_timers();
         Ok(stop)
     }
@@ -223,7 +234,10 @@ impl Daemon {
     fn handle_event(&mut self, event: &Event) -> bool {
         match Meaning::of(event.token()) {
             Some(Meaning::Signal) => return self.signals.take(),
-            Some(Meaning::Wake) => self.handle_answers(),
+            Some(Meaning::Wake) => {
+                self.handle_answers();
+                self.handle_serial_answers();
+            }
             Some(Meaning::Endpoint(index)) => self.handle_endpoint_event(index, event),
             Some(Meaning::Link(link)) => self.handle_link_event(link, event),
             None => {}
@@ -248,7 +262,7 @@ impl Daemon {
                     self.receive_datagrams(index);
                 }
             }
-            State::Waiting | State::Resolving | State::Up(_) => {}
+            State::Waiting | State::Resolving | State::Opening | State::Up(_) => {}
         }
     }
 
@@ -283,6 +297,7 @@ impl Daemon {
                     self.stall_timers.remove(link);
                     self.check_stalled(link);
                 }
+                Timer::Notify => self.feed_watchdog(),
                 Timer::Router => {
                     self.router_deadline = None;
                     self.router.handle_timeout(self.now);

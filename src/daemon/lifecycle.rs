@@ -34,6 +34,8 @@ impl Daemon {
             }
             self.try_later(index, failure);
         }
+        self.await_serial_ports()?;
+        self.now = self.clock();
         Ok(())
     }
 
@@ -108,6 +110,7 @@ impl Daemon {
                 self.check_serial(index, link);
             }
             State::Listening(..) | State::Datagrams(_) => self.look_after(index),
+            State::Opening => self.warn_of_slow_open(index),
             State::Resolving => {}
         }
     }

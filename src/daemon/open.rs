@@ -1,28 +1,17 @@
-//! Opens endpoints, each kind in its way, at an address that is known.
+//! Opens sockets, each kind in its way, at an address that is known.
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, SocketAddrV6};
-use std::path::PathBuf;
-use std::time::Duration;
 
 use mio::Interest;
-use tracing::{debug, info};
+use tracing::info;
 
 use super::endpoint::{Answerer, DatagramPort, Endpoint, Peers, Role, State};
 use super::event_loop::{Daemon, Meaning};
 use super::links::Output;
-use crate::config::{Address, Device, FlowControl, Host, HostPort};
-use crate::link::{
-    SerialSettings, Stream, UdpSettings, connect, find_flight_controller, interface_index,
-    join_multicast, listen, open_serial, open_udp, set_baud,
-};
+use crate::config::{Address, Host, HostPort};
+use crate::link::{UdpSettings, connect, interface_index, join_multicast, listen, open_udp};
 use crate::routing::LinkId;
-
-/// How long a baud rate is tried: a heartbeat comes each second, and the first may be cut.
-const BAUD_TRIAL: Duration = Duration::from_millis(2_500);
-
-/// After how long without a frame a serial port is told of.
-const SILENCE: Duration = Duration::from_secs(5);
 
 /// What could not be done, and why.
 #[derive(Debug)]
@@ -38,84 +27,6 @@ fn doing<T>(action: impl FnOnce() -> String, result: io::Result<T>) -> Result<T,
 }
 
 impl Daemon {
-    /// Opens a serial port.
-    pub(super) fn open_serial(&mut self, index: usize) -> Result<(), OpenError> {
-        let endpoint = &self.io.endpoints[index];
-        let Address::Serial { device, bauds } = &endpoint.config.address else { return Ok(()) };
-        let Some(baud) = bauds.get(endpoint.baud).copied() else { return Ok(()) };
-        let is_one_of_several = bauds.len() > 1 && !endpoint.baud_is_proven;
-        let path = match device {
-            Device::Path(path) => path.clone(),
-            Device::Auto => doing(|| "find a flight controller".to_owned(), find_device())?,
-        };
-        let rtscts = endpoint.options().flow == FlowControl::RtsCts;
-        let action = || format!("open {}", path.display());
-        let file = doing(action, open_serial(&path, SerialSettings { baud, rtscts }))?;
-        let peer = path.display().to_string();
-        self.tell(index, &format!("open at {baud} baud"));
-        let link = doing(action, self.add_stream(index, peer, Stream::Serial(file)))?;
-        self.set_open(index, State::Up(link));
-        self.set_deadline(index, if is_one_of_several { BAUD_TRIAL } else { SILENCE });
-        Ok(())
-    }
-
-    /// A serial port has been open for a while: says so if no frame came, and of several baud
-    /// rates keeps the one at which frames are heard, or tries the next.
-    pub(super) fn check_serial(&mut self, index: usize, id: LinkId) {
-        let endpoint = &mut self.io.endpoints[index];
-        let Address::Serial { bauds, .. } = &endpoint.config.address else { return };
-        let heard = self.router.port(id).is_some_and(|port| port.quality().last_heard.is_some());
-        let is_one_of_several = bauds.len() > 1;
-        if heard {
-            endpoint.baud_is_proven = true;
-            if is_one_of_several {
-                let text = format!("frames at {} baud", bauds[endpoint.baud]);
-                self.tell(index, &text);
-            }
-            return;
-        }
-        if endpoint.baud + 1 == bauds.len() {
-            self.warn_of_silence(index, id);
-        }
-        if is_one_of_several {
-            self.try_next_baud(index, id);
-        }
-    }
-
-    /// Tells, once, that nothing is understood on a serial port.
-    fn warn_of_silence(&mut self, index: usize, id: LinkId) {
-        let Some(link) = self.io.links.get(id) else { return };
-        let text = match link.splitter.stats().skipped_bytes {
-            0 => "nothing received yet (is the port set to MAVLink? are RX and TX swapped?)".into(),
-            bytes => format!("{bytes} bytes received and no frame (another baud rate?)"),
-        };
-        let endpoint = &mut self.io.endpoints[index];
-        if !std::mem::replace(&mut endpoint.silence_is_told, true) {
-            self.warn(index, &text);
-        }
-    }
-
-    fn try_next_baud(&mut self, index: usize, id: LinkId) {
-        let endpoint = &mut self.io.endpoints[index];
-        let Address::Serial { bauds, .. } = &endpoint.config.address else { return };
-        endpoint.baud = (endpoint.baud + 1) % bauds.len();
-        let baud = bauds[endpoint.baud];
-        debug!("{}: no frames; trying {baud} baud", endpoint.name);
-        let pace = endpoint.pace();
-        let Some(link) = self.io.links.get_mut(id) else { return };
-        link.splitter.forget();
-        if let Output::Stream(output) = &link.output
-            && let Stream::Serial(file) = &output.stream
-            && let Err(error) = set_baud(file, baud)
-        {
-            return self.close_link(id, &format!("cannot change to {baud} baud: {error}"));
-        }
-        if let (Some(pace), Some(port)) = (pace, self.router.port_mut(id)) {
-            port.set_line_rate(pace, self.now);
-        }
-        self.set_deadline(index, BAUD_TRIAL);
-    }
-
     /// Opens whatever listens, sends or connects at `address`.
     pub(super) fn open_socket(
         &mut self,
@@ -224,7 +135,7 @@ impl Daemon {
     ) -> Result<LinkId, OpenError> {
         info!("{}: sending to {remote} from {local}", self.io.endpoints[index].name);
         let link = self.add_link(index, remote.to_string(), Output::Datagrams(remote));
-        let link = link.ok_or_else(|| io::Error::other("too many links"));
+        let link = link.map_err(|_| io::Error::other("too many links"));
         doing(|| format!("send to {remote}"), link)
     }
 
@@ -243,11 +154,6 @@ impl Daemon {
         self.set_open(index, State::Datagrams(port));
         Ok(())
     }
-}
-
-fn find_device() -> io::Result<PathBuf> {
-    let none = || io::Error::new(io::ErrorKind::NotFound, "no flight controller is plugged in");
-    find_flight_controller().ok_or_else(none)
 }
 
 /// The socket that hears a multicast group.

@@ -36,20 +36,20 @@ const ACCEPTS: usize = 64;
 const ACCEPT_AGAIN: Duration = Duration::from_millis(500);
 
 impl Daemon {
-    /// Makes a link and tells of it; `None` if there are too many.
+    /// Makes a link and tells of it; gives `output` back if there are too many.
     pub(super) fn add_link(
         &mut self,
         endpoint: usize,
         peer: String,
         output: Output,
-    ) -> Option<LinkId> {
+    ) -> Result<LinkId, Output> {
         let options = self.io.endpoints[endpoint].link_options();
-        let id = self.router.add_link(options, self.now)?;
+        let Some(id) = self.router.add_link(options, self.now) else { return Err(output) };
         self.tell(endpoint, &format!("link {id} up: {peer}"));
         let splitter = Splitter::new();
         let link = Link { endpoint, peer, splitter, last_read: self.now, output };
         self.io.links.insert(id, link);
-        Some(id)
+        Ok(id)
     }
 
     /// Makes a link of a stream that is open.
@@ -64,8 +64,10 @@ impl Daemon {
         stream: Stream,
     ) -> io::Result<LinkId> {
         let output = Output::Stream(StreamOutput::new(stream));
-        let id = self.add_link(endpoint, peer, output);
-        let id = id.ok_or_else(|| io::Error::other("too many links"))?;
+        let id = self.add_link(endpoint, peer, output).map_err(|output| {
+            self.discard(output);
+            io::Error::other("too many links")
+        })?;
         if let Some(Link { output: Output::Stream(output), .. }) = self.io.links.get_mut(id) {
             let interest = Interest::READABLE | Interest::WRITABLE;
             let token = Meaning::Link(id).token();
@@ -84,7 +86,7 @@ impl Daemon {
             return Admission::Refused;
         }
         let output = Output::Datagrams(source);
-        let Some(link) = self.add_link(index, source.to_string(), output) else {
+        let Ok(link) = self.add_link(index, source.to_string(), output) else {
             self.warn(index, &format!("{source} refused: there are {MAX_LINKS} links already"));
             return Admission::Refused;
         };
@@ -242,6 +244,7 @@ impl Daemon {
             // Closing it would do; this keeps the system from telling of it once more.
             let _ = output.stream.deregister(self.poll.registry());
         }
+        self.discard(link.output);
         self.tell(link.endpoint, &format!("link {id} down: {reason}"));
         self.handle_closed(link.endpoint, id, heard);
     }

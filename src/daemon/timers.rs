@@ -18,6 +18,8 @@ pub(super) enum Timer {
     Pace(LinkId),
     /// See whether the other side of a connection still takes something.
     Stall(LinkId),
+    /// Tell the service manager that the loop is alive.
+    Notify,
     /// [`crate::routing::Router::handle_timeout`].
     Router,
 }

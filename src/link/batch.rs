@@ -2,7 +2,7 @@
 
 use std::io;
 use std::net::SocketAddr;
-use std::os::fd::AsRawFd;
+use std::os::fd::AsFd;
 
 use super::sys::{self, Outgoing, Received};
 use crate::mavlink::Splitter;
@@ -36,7 +36,7 @@ impl Inbox {
     /// # Errors
     ///
     /// As `recvmmsg(2)`; `WouldBlock` if there is none.
-    pub fn receive(&mut self, socket: &impl AsRawFd) -> io::Result<usize> {
+    pub fn receive(&mut self, socket: impl AsFd) -> io::Result<usize> {
         let mut slots = self.slots.chunks_exact_mut(SLOT);
         let mut buffers: [&mut [u8]; BATCH] = std::array::from_fn(|_| match slots.next() {
             Some(slot) => &mut slot[Splitter::CARRY..],
@@ -71,7 +71,7 @@ impl Default for Inbox {
 /// Sends `datagrams`, each in two pieces, to `destination`, at most [`BATCH`] of them; says how many
 /// went, and what stopped the next one.
 pub fn send_datagrams<'a>(
-    socket: &impl AsRawFd,
+    socket: impl AsFd,
     destination: SocketAddr,
     datagrams: impl Iterator<Item = (&'a [u8], &'a [u8])>,
 ) -> (usize, Option<io::Error>) {
@@ -83,7 +83,7 @@ pub fn send_datagrams<'a>(
     }
     let mut sent = 0;
     while sent < count {
-        match sys::send_batch(socket, &batch[sent..count]) {
+        match sys::send_batch(socket.as_fd(), &batch[sent..count]) {
             Ok(more) => sent += more,
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
             Err(error) => return (sent, Some(error)),

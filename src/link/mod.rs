@@ -5,6 +5,7 @@
 
 mod backoff;
 mod batch;
+mod opener;
 mod ports;
 mod resolver;
 mod serial;
@@ -15,9 +16,10 @@ mod udp;
 
 pub use backoff::Backoff;
 pub use batch::{BATCH, Inbox, send_datagrams};
+pub use opener::{Opener, SerialAnswer, SerialOutcome};
 pub use ports::{Port, find_flight_controller, list_ports};
 pub use resolver::{Resolved, Resolver};
-pub use serial::{SerialSettings, open_serial, set_baud};
+pub use serial::SerialSettings;
 pub use stream::Stream;
 pub use sys::interface_index;
 pub use tcp::{connect, listen, tune};

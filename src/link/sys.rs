@@ -5,11 +5,10 @@
 #![allow(unsafe_code)]
 
 use std::ffi::CString;
-use std::fs::File;
 use std::io;
 use std::mem::{size_of, zeroed};
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, SocketAddrV4, SocketAddrV6};
-use std::os::fd::{AsRawFd, FromRawFd, IntoRawFd};
+use std::os::fd::{AsFd, AsRawFd};
 
 /// How many datagrams one system call moves at most.
 pub(super) const BATCH: usize = 32;
@@ -31,7 +30,7 @@ pub(super) struct Received {
 ///
 /// As `recvmmsg(2)`; `WouldBlock` if there is no datagram.
 pub(super) fn receive_batch(
-    socket: &impl AsRawFd,
+    socket: impl AsFd,
     buffers: &mut [&mut [u8]],
     received: &mut [Received],
 ) -> io::Result<usize> {
@@ -55,7 +54,7 @@ pub(super) fn receive_batch(
     // the call; each piece is a buffer that is borrowed mutably and as long as said.
     let result = unsafe {
         libc::recvmmsg(
-            socket.as_raw_fd(),
+            socket.as_fd().as_raw_fd(),
             headers.as_mut_ptr(),
             count as libc::c_uint,
             libc::MSG_DONTWAIT as _,
@@ -84,7 +83,7 @@ pub(super) struct Outgoing<'a> {
 /// # Errors
 ///
 /// As `sendmmsg(2)`, of the first datagram that was not sent.
-pub(super) fn send_batch(socket: &impl AsRawFd, datagrams: &[Outgoing<'_>]) -> io::Result<usize> {
+pub(super) fn send_batch(socket: impl AsFd, datagrams: &[Outgoing<'_>]) -> io::Result<usize> {
     let count = datagrams.len().min(BATCH);
     // SAFETY: all-zero bytes are valid values of these plain C structures.
     let mut headers: [libc::mmsghdr; BATCH] = unsafe { zeroed() };
@@ -108,7 +107,7 @@ pub(super) fn send_batch(socket: &impl AsRawFd, datagrams: &[Outgoing<'_>]) -> i
     // call; the system only reads what the pieces point to, as long as the borrowed slices are.
     let result = unsafe {
         libc::sendmmsg(
-            socket.as_raw_fd(),
+            socket.as_fd().as_raw_fd(),
             headers.as_mut_ptr(),
             count as libc::c_uint,
             libc::MSG_DONTWAIT as _,
@@ -117,42 +116,38 @@ pub(super) fn send_batch(socket: &impl AsRawFd, datagrams: &[Outgoing<'_>]) -> i
     usize::try_from(result).map_err(|_| io::Error::last_os_error())
 }
 
-/// Makes a file of whatever owns a descriptor, and its calls return instead of waiting.
-///
-/// # Errors
-///
-/// As `fcntl(2)`.
-pub(super) fn into_nonblocking_file(owner: impl IntoRawFd) -> io::Result<File> {
-    let descriptor = owner.into_raw_fd();
-    // SAFETY: `into_raw_fd` hands over the ownership of an open descriptor.
-    let file = unsafe { File::from_raw_fd(descriptor) };
-    // SAFETY: the descriptor is open, and these commands take and give plain numbers.
-    let flags = unsafe { libc::fcntl(descriptor, libc::F_GETFL) };
-    // SAFETY: as above.
-    if flags < 0 || unsafe { libc::fcntl(descriptor, libc::F_SETFL, flags | libc::O_NONBLOCK) } < 0
-    {
-        return Err(io::Error::last_os_error());
-    }
-    Ok(file)
-}
-
 /// Asks the driver of a serial port to hand over what it receives at once.
 ///
 /// # Errors
 ///
 /// As `ioctl(2)`; most drivers do not know of it.
-pub(super) fn set_low_latency(port: &File) -> io::Result<()> {
+pub(super) fn set_low_latency(port: impl AsFd) -> io::Result<()> {
+    let port = port.as_fd().as_raw_fd();
     let mut settings = SerialStruct { flags_and_before: [0; 5], rest: [0; 64] };
     // SAFETY: the system writes a `serial_struct`, which is at most as long as this one.
-    if unsafe { libc::ioctl(port.as_raw_fd(), libc::TIOCGSERIAL, &raw mut settings) } < 0 {
+    if unsafe { libc::ioctl(port, libc::TIOCGSERIAL, &raw mut settings) } < 0 {
         return Err(io::Error::last_os_error());
     }
     settings.flags_and_before[FLAGS] |= ASYNC_LOW_LATENCY;
     // SAFETY: the system reads what it wrote itself, but for one flag.
-    if unsafe { libc::ioctl(port.as_raw_fd(), libc::TIOCSSERIAL, &raw const settings) } < 0 {
+    if unsafe { libc::ioctl(port, libc::TIOCSSERIAL, &raw const settings) } < 0 {
         return Err(io::Error::last_os_error());
     }
     Ok(())
+}
+
+/// How many bytes were written to a terminal and have not left yet.
+///
+/// # Errors
+///
+/// As `ioctl(2)`, if it is no terminal or is gone.
+pub(super) fn unsent_bytes(terminal: impl AsFd) -> io::Result<usize> {
+    let mut count: libc::c_int = 0;
+    // SAFETY: the system writes one number to where the pointer leads.
+    if unsafe { libc::ioctl(terminal.as_fd().as_raw_fd(), libc::TIOCOUTQ, &raw mut count) } < 0 {
+        return Err(io::Error::last_os_error());
+    }
+    Ok(usize::try_from(count).unwrap_or_default())
 }
 
 /// `struct serial_struct` of the kernel: `flags` is the fifth of the numbers it begins with. It is

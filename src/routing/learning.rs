@@ -3,7 +3,7 @@
 use super::link_set::LinkId;
 use super::options::{Learn, RouterEvent};
 use super::port::Port;
-use super::route_table::Heard;
+use super::route_table::{Heard, TableFull};
 use super::router::{Router, push_event};
 use super::sequence::Sequence;
 use super::time::Time;
@@ -35,26 +35,17 @@ impl Router {
         }
         let is_new = !is_copy || self.port(link).is_some_and(Port::is_in_group);
         let teaches = frame.verified && is_new && self.may_teach(frame.header.id);
-        let Some(known) = self.table.find_mut(source) else {
+        let known = self.table.find_mut(source).and_then(|known| known.on_mut(link));
+        let Some(heard) = known else {
             if frame.verified {
                 self.learn_new(link, frame, teaches, now);
             }
             return;
         };
-        let mut lost = 0;
-        if let Some(heard) = known.on_mut(link) {
-            lost = heard.sequence.handle(frame.header.seq);
-            if frame.verified {
-                heard.last = now;
-                heard.is_route |= teaches;
-            }
-        } else if frame.verified {
-            let heard = first_heard(link, frame, teaches, now);
-            if !self.table.add_heard(source, heard) {
-                return self.count(link, |counters| &mut counters.unlearned);
-            }
-        }
+        let lost = heard.sequence.handle(frame.header.seq);
         if frame.verified {
+            heard.last = now;
+            heard.is_route |= teaches;
             self.handle_verified(link, frame, lost, now);
         }
     }
@@ -67,7 +58,8 @@ impl Router {
         }
     }
 
-    /// A filter keeps a frame out: it teaches no route, but it was heard, and counts.
+    /// A filter keeps a frame out: it teaches no route, but it was heard, and counts; and a radio that
+    /// asks for less gets less, whoever else shall hear of it.
     pub(super) fn handle_filtered(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) {
         let known = self.table.find_mut(frame.header.source);
         let heard = known.and_then(|known| known.on_mut(link));
@@ -76,6 +68,9 @@ impl Router {
             && frame.verified
         {
             port.handle_heard(lost, now);
+            if matches!(frame.header.id, MessageId::RADIO_STATUS | MessageId::RADIO) {
+                port.handle_radio_status(frame);
+            }
         }
     }
 
@@ -91,11 +86,11 @@ impl Router {
         let source = frame.header.source;
         let events = &mut self.events;
         let lost = |component| push_event(events, RouterEvent::ComponentLost(component));
-        if self.table.add(source, heard, lost).is_err() {
-            self.count(link, |counters| &mut counters.unlearned);
-            return;
+        match self.table.add(source, heard, lost) {
+            Ok(true) => push_event(&mut self.events, RouterEvent::ComponentSeen(source, link)),
+            Ok(false) => {}
+            Err(TableFull) => return self.count(link, |counters| &mut counters.unlearned),
         }
-        push_event(&mut self.events, RouterEvent::ComponentSeen(source, link));
         self.handle_verified(link, frame, 0, now);
         if let Some(age) = self.options.route_age {
             self.next_aging.get_or_insert(now + age);

@@ -7,6 +7,7 @@
 mod counters;
 mod dedup;
 mod filter;
+mod fuzz;
 mod group;
 mod learning;
 mod link_set;
@@ -23,6 +24,7 @@ mod time;
 
 pub use counters::{DropReason, LinkCounters};
 pub use filter::FilterLists;
+pub use fuzz::fuzz_router;
 pub use group::{GroupId, Membership, Quality};
 pub use link_set::{LinkId, LinkSet, Links, MAX_LINKS};
 pub use options::{Capacity, LOOP_WINDOW, Learn, LinkOptions, RouterEvent, RouterOptions};

@@ -42,9 +42,10 @@ impl Pacer {
 
     /// How many bytes may be sent now. A frame that begins within them may be sent whole.
     pub(super) fn budget(&mut self, now: Time) -> usize {
-        let elapsed = now.since(self.counted).min(LONG).as_micros() as i64;
+        let elapsed = i64::try_from(now.since(self.counted).as_micros()).unwrap_or(i64::MAX);
         self.counted = self.counted.max(now);
-        self.credit = (self.credit + elapsed * i64::from(self.rate)).min(self.most());
+        let earned = elapsed.saturating_mul(i64::from(self.rate));
+        self.credit = self.credit.saturating_add(earned).min(self.most());
         // Anything above zero lets a frame begin.
         usize::try_from(self.credit + MICROS - 1).map_or(0, |credit| credit / MICROS as usize)
     }
@@ -81,9 +82,6 @@ impl Pacer {
     }
 }
 
-/// After this time all debts are paid, at whatever rate; longer ones would overflow.
-const LONG: Duration = Duration::from_secs(60);
-
 /// Millionths in a whole.
 const MICROS: i64 = 1_000_000;
 
@@ -115,6 +113,16 @@ mod tests {
         let ready = pacer.ready_at(Time::ZERO);
         assert_eq!(pacer.budget(ready - Duration::from_micros(10)), 0);
         assert!(pacer.budget(ready) > 0);
+    }
+
+    #[test]
+    fn the_slowest_line_sends_a_long_frame_in_one_wait_however_long() {
+        let mut pacer = Pacer::new(1, Time::ZERO);
+        pacer.consume(280);
+        let ready = pacer.ready_at(Time::ZERO);
+        assert_eq!(ready.since(Time::ZERO).as_secs(), 279, "280, less what may be sent at once");
+        assert!(pacer.budget(ready) > 0);
+        assert!(pacer.budget(Time::from_micros(u64::MAX)) > 0, "and no end of waiting is too long");
     }
 
     #[test]

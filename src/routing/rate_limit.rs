@@ -22,7 +22,8 @@ pub(super) struct RateLimiter {
     next: Vec<(Component, MessageId, Time)>,
 }
 
-/// How many pairs of source and message are told apart; those on top share what is left over.
+/// How many pairs of source and message are remembered; one more takes the place of the one whose
+/// turn came longest ago, which may then pass early once.
 const MAX_ENTRIES: usize = 256;
 
 impl RateLimiter {

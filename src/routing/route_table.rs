@@ -94,41 +94,39 @@ impl RouteTable {
         numbers.iter().map(|number| &self.known[usize::from(*number)])
     }
 
-    /// Adds a component that was not known, heard now for the first time.
+    /// Adds a component that is heard now for the first time, or another link to a known one; says
+    /// whether the component is new.
     ///
     /// # Errors
     ///
-    /// If the table is full of components that were heard of late.
+    /// If the table is full of what was heard of late.
     pub(super) fn add(
         &mut self,
         component: Component,
         heard: Heard,
-        mut lost: impl FnMut(Component),
-    ) -> Result<(), TableFull> {
-        if self.is_full() {
-            self.make_room(heard.last, &mut lost)?;
+        lost: impl FnMut(Component),
+    ) -> Result<bool, TableFull> {
+        if !self.has_room_for(component) {
+            self.make_room(heard.last, lost);
+        }
+        if !self.has_room_for(component) {
+            return Err(TableFull);
         }
         self.heard += 1;
+        if let Some(known) = self.find_mut(component) {
+            known.heard.push(heard);
+            return Ok(false);
+        }
         let number = self.known.len() as u16;
         self.known.push(KnownComponent { component, heard: vec![heard] });
         self.index[component.index()] = number + 1;
         self.systems[usize::from(component.system)].push(number);
-        Ok(())
+        Ok(true)
     }
 
-    fn is_full(&self) -> bool {
-        self.known.len() == MAX_COMPONENTS || self.heard == MAX_HEARD
-    }
-
-    /// Adds another link to a component that is known; says whether there was room.
-    pub(super) fn add_heard(&mut self, component: Component, heard: Heard) -> bool {
-        if self.heard == MAX_HEARD {
-            return false;
-        }
-        let Some(known) = self.find_mut(component) else { return false };
-        known.heard.push(heard);
-        self.heard += 1;
-        true
+    fn has_room_for(&self, component: Component) -> bool {
+        let is_known = self.find(component).is_some();
+        self.heard < MAX_HEARD && (is_known || self.known.len() < MAX_COMPONENTS)
     }
 
     /// Forgets what was heard wherever `is_over`; `lost` is told of components that are left
@@ -155,14 +153,12 @@ impl RouteTable {
 
     /// At most once a second: the search is long, and a flood of made-up sources would repeat it
     /// at every frame.
-    fn make_room(&mut self, now: Time, lost: &mut impl FnMut(Component)) -> Result<(), TableFull> {
+    fn make_room(&mut self, now: Time, lost: impl FnMut(Component)) {
         let is_due = |last: Time| now.since(last) >= Duration::from_secs(1);
-        if !self.searched.is_none_or(is_due) {
-            return Err(TableFull);
+        if self.searched.is_none_or(is_due) {
+            self.searched = Some(now);
+            self.forget(|heard| now.since(heard.last) >= REPLACEABLE_AFTER, lost);
         }
-        self.searched = Some(now);
-        self.forget(|heard| now.since(heard.last) >= REPLACEABLE_AFTER, lost);
-        if self.is_full() { Err(TableFull) } else { Ok(()) }
     }
 
     /// Takes out a component; the last one moves to its number.
@@ -205,6 +201,6 @@ impl KnownComponent {
     }
 }
 
-/// There is no room for another component.
+/// There is no room for another component, or for another link of one.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct TableFull;

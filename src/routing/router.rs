@@ -129,19 +129,18 @@ impl Router {
     fn destinations(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) -> LinkSet {
         let mut destinations =
             if frame.is_directed() { self.routes_to(frame.target, now) } else { self.links };
-        destinations.remove(link);
+        destinations = destinations - self.own_path(link);
         if destinations.is_empty() && frame.is_directed() {
             self.count_drop(link, DropReason::NoRoute);
             let event = RouterEvent::NoRoute(frame.header.source, frame.target);
             push_event(&mut self.events, event);
         }
         if self.has_sniffers {
-            destinations = destinations | self.sniffers(now);
-            destinations.remove(link);
+            destinations = destinations | (self.sniffers(now) - self.own_path(link));
         }
         if !self.groups.is_empty() {
             let is_heartbeat = frame.header.id == MessageId::HEARTBEAT;
-            destinations = self.choose_paths(link, destinations, is_heartbeat, now);
+            destinations = self.choose_paths(destinations, is_heartbeat, now);
         }
         self.apply_loop_rule(link, frame, &mut destinations, now);
         if frame.header.id == MessageId::SETUP_SIGNING {
@@ -150,15 +149,15 @@ impl Router {
         destinations
     }
 
-    /// Leaves out the sender's group, and lets each other group choose its paths.
-    fn choose_paths(
-        &mut self,
-        link: LinkId,
-        candidates: LinkSet,
-        is_heartbeat: bool,
-        now: Time,
-    ) -> LinkSet {
-        let own = self.port(link).and_then(|port| port.options.membership);
+    /// The links that a frame from `link` never goes to: itself, and those that lead the same way.
+    fn own_path(&self, link: LinkId) -> LinkSet {
+        let membership = self.port(link).and_then(|port| port.options.membership);
+        let group = membership.and_then(|own| self.groups.get(usize::from(own.group.0)));
+        group.map_or_else(|| LinkSet::of(link), Group::links)
+    }
+
+    /// Lets each group choose its paths.
+    fn choose_paths(&mut self, candidates: LinkSet, is_heartbeat: bool, now: Time) -> LinkSet {
         let mut chosen = candidates;
         let ports = &self.ports;
         let quality = |link: LinkId| {
@@ -167,8 +166,7 @@ impl Router {
         for (number, group) in self.groups.iter_mut().enumerate() {
             let through = candidates & group.links();
             chosen = chosen - group.links();
-            let is_own = own.is_some_and(|own| usize::from(own.group.0) == number);
-            if !is_own && !through.is_empty() {
+            if !through.is_empty() {
                 chosen = chosen | group.expand(through, is_heartbeat, now, quality);
                 if let Some(member) = group.take_change() {
                     // At most 256, as there are no more group numbers.

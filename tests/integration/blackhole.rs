@@ -4,23 +4,23 @@
 //! else the machine does at that time happens to both.
 
 use std::net::UdpSocket;
-use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::harness::*;
 
 const LINKS: [&str; 2] = ["tcpin:127.0.0.1:0?name=tcp", "udpin:127.0.0.1:0?name=udp"];
 
-/// How many frames go there and back in a row, and how often each router is asked.
+/// How many frames go there and back in a row.
 const FRAMES: u32 = 250;
-const ROUNDS: usize = 50;
 /// The rounds are spread over more time than a call or a question takes to be given up.
 const PAUSE: Duration = Duration::from_millis(100);
 /// How many times slower the router with the troubles may be.
 const RATIO: f64 = 1.2;
 /// A run that was judged too slow is repeated so often: a machine is never slower by chance only
 /// where the router is.
-const RUNS: usize = 4;
+const RUNS: usize = 3;
+/// On a machine that keeps the test itself waiting for longer, figures say nothing of the router.
+const QUIET: Duration = Duration::from_millis(1);
 /// What holds on any machine that runs at all: for a frame, mostly, and for any.
 const BOUND: Duration = Duration::from_millis(20);
 const STALL: Duration = Duration::from_secs(2);
@@ -42,13 +42,13 @@ fn who_never_answers_delays_nobody_else() {
         "udpout:gcs.example:14550?name=sent",
         "udpin:localhost.example:0?name=server",
     ];
-    compare(&troubles);
+    compare(&troubles, 50);
 }
 
 #[test]
 fn a_server_that_takes_no_call_delays_nobody_else() {
     let (nowhere, _kept) = blackhole();
-    compare(&[&format!("tcpout:{nowhere}?name=hole")]);
+    compare(&[&format!("tcpout:{nowhere}?name=hole")], 35);
 }
 
 /// A router between a vehicle and a ground station.
@@ -92,19 +92,20 @@ impl Between {
     }
 }
 
-fn compare(troubles: &[&str]) {
+fn compare(troubles: &[&str], rounds: usize) {
     // A third one tells how much two that are alike differ by chance.
     let (mut plain, mut twin) = (Between::new(&[]), Between::new(&[]));
     let mut troubled = Between::new(troubles);
     for run in 1.. {
+        let mut lateness = Lateness::default();
         for between in [&mut plain, &mut twin, &mut troubled] {
             between.slowest.clear();
         }
-        for _ in 0..ROUNDS {
+        for _ in 0..rounds {
             plain.round();
             troubled.round();
             twin.round();
-            thread::sleep(PAUSE);
+            lateness.sleep(PAUSE);
         }
         let chance = (plain.p99() / twin.p99()).max(twin.p99() / plain.p99());
         let ratio = troubled.p99() / plain.p99().max(twin.p99());
@@ -119,8 +120,8 @@ fn compare(troubles: &[&str]) {
         if ratio <= RATIO {
             break;
         }
-        if chance > 1.1 {
-            println!("machine too busy, figures not judged");
+        if chance > 1.1 || lateness.p99() > QUIET {
+            println!("machine too busy, figures not judged: {:?} late by itself", lateness.p99());
             break;
         }
         assert!(run < RUNS, "{ratio:.2} times slower");

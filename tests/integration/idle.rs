@@ -20,10 +20,10 @@ fn a_router_with_links_of_every_kind_and_no_traffic_sleeps() {
     let station = Peer::<UdpWire>::awaiting(GCS_2);
     let router = Router::start(&[
         &format!("serial:{}:57600?name=serial", pty.device()),
-        "tcpin:127.0.0.1:0?name=tcp",
+        "tcpin:127.0.0.1:0?name=tcp&dev=lo",
         &format!("tcpout:{}?name=call", server.address()),
-        "udpin:127.0.0.1:0?name=udp",
-        &format!("udpout:{}?name=send", station.wire.address()),
+        "udpin:127.0.0.1:0?name=udp&dev=lo",
+        &format!("udpout:{}?name=send&dev=lo", station.wire.address()),
         &format!("udpbcast:127.255.255.255:{}?name=all&bind=127.0.0.1", free_port()),
         &format!("mcast:239.255.145.50:{}?name=group&dev=lo&ttl=0", free_port()),
         "udpin:127.0.0.1:0?name=one&group=way",

@@ -69,13 +69,16 @@ impl Called {
             let port = server.address().port();
             format!("[TcpEndpoint {name}]\nAddress = 127.0.0.1\nPort = {port}\n{keys}\n")
         };
-        let general = "[General]\nTcpServerPort = 0\nDeduplicationPeriod = 0\n\n".to_owned();
-        general
-            + &endpoint("fc", &self.fc, "")
-            + &endpoint("thin", &self.thin, "allowmsgidout = 0, 76\nBlockSrcCompOut = 100\n")
-            + &endpoint("radio", &self.radio, "Group = ground\n")
-            // The last line has no end.
-            + &endpoint("lte", &self.lte, "Group = ground\nBlockSrcSysIn = 254").trim_end()
+        let thin = "allowmsgidout = 0, 76\nBlockSrcCompOut = 100\n";
+        let endpoints = [
+            endpoint("fc", &self.fc, ""),
+            endpoint("thin", &self.thin, thin),
+            endpoint("radio", &self.radio, "Group = ground\n"),
+            endpoint("lte", &self.lte, "Group = ground\nBlockSrcSysIn = 254"),
+        ];
+        let general = "[General]\nTcpServerPort = 0\nDeduplicationPeriod = 0\n\n";
+        // The last line has no end.
+        format!("{general}{}", endpoints.concat()).trim_end().to_owned()
     }
 
     /// Filters and groups do what they say, whoever reads the configuration.

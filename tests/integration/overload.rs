@@ -8,7 +8,7 @@ use crate::overloaded_line::{Outcome, overload};
 const TCP: &str = "tcpin:127.0.0.1:0?name=tcp";
 
 /// How long the radio is offered too much; the bench has more time.
-const TIME: Duration = Duration::from_secs(10);
+const TIME: Duration = Duration::from_secs(8);
 
 /// On a machine that keeps the test itself waiting for longer, figures say nothing of the router.
 const QUIET: Duration = Duration::from_millis(20);

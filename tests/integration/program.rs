@@ -55,6 +55,21 @@ fn help_and_version_are_for_standard_output() {
 }
 
 #[test]
+fn completions_are_for_standard_output() {
+    for (shell, word) in
+        [("bash", "complete -F"), ("zsh", "#compdef mavswitch"), ("fish", "-c mavswitch")]
+    {
+        let output = run(&["completions", shell]);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let text = stdout(&output);
+        for word in [word, "log-format", "journal", "ports"] {
+            assert!(text.contains(word), "{shell}: no {word} in {text}");
+        }
+    }
+    assert_eq!(run(&["completions", "cmd"]).status.code(), Some(2));
+}
+
+#[test]
 fn an_unknown_option_is_told() {
     let output = run(&["--strickt", TCP]);
     assert_eq!(output.status.code(), Some(2));

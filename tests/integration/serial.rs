@@ -2,7 +2,9 @@
 
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
+use std::os::unix::process::CommandExt;
 use std::path::Path;
+use std::process::Command;
 use std::thread;
 use std::time::Duration;
 
@@ -38,7 +40,7 @@ impl Device {
 fn frames_of_every_shape_go_unchanged_both_ways_through_a_serial_port() {
     let pty = Pty::new();
     let router = Router::start(&[&format!("serial:{}:921600?name=fc", pty.device()), TCP]);
-    let line = router.log.wait_for(&["fc: open"]);
+    let line = router.log.wait_for(&["fc: link #"]);
     assert!(line.contains("921600"), "no baud in {line:?}");
     let mut vehicle = router.serial("fc", pty, VEHICLE);
     let mut gcs = router.tcp("tcp", GCS);
@@ -174,6 +176,25 @@ fn a_serial_port_without_permission_is_refused_with_the_remedy() {
 fn is_open_to_all(path: &Path) -> bool {
     let passable = |dir: &Path| fs::metadata(dir).is_ok_and(|it| it.permissions().mode() & 1 == 1);
     path.ancestors().skip(1).all(passable)
+}
+
+#[test]
+fn a_second_opener_is_refused_and_leaves_the_port_to_the_first() {
+    let pty = Pty::new();
+    let (fc, device) = (format!("serial:{}:57600?name=fc", pty.device()), pty.path.clone());
+    let router = Router::start(&[&fc, TCP]);
+    let mut vehicle = router.serial("fc", pty, VEHICLE);
+    let mut gcs = router.tcp("tcp", GCS);
+    assert_refused(&run(&[&fc, TCP]), &["fc", device.to_str().unwrap(), "busy"]);
+    router.assert_serves(&mut gcs, &mut vehicle);
+    if !rustix::process::geteuid().is_root() {
+        return;
+    }
+    // Nor may anybody open it who asks for no lock; only the superuser always may.
+    fs::set_permissions(&device, fs::Permissions::from_mode(0o666)).unwrap();
+    let mut command = Command::new("sh");
+    command.args(["-c", "exec 3<>\"$0\""]).arg(&device).uid(65534);
+    assert!(!command.output().unwrap().status.success(), "the port is open to others");
 }
 
 #[test]

@@ -18,6 +18,8 @@ pub(crate) enum Stream {
     Acks,
     /// ATTITUDE from the vehicle, to everybody.
     Telemetry,
+    /// HEARTBEAT once a second from both, as everybody sends it.
+    Heartbeats,
 }
 
 /// How many frames of each stream are sent in a second.
@@ -61,7 +63,7 @@ impl Progress {
         match stream {
             Stream::Commands => self.commands.fetch_add(1, Relaxed),
             Stream::Acks => self.acks.fetch_add(1, Relaxed),
-            Stream::Telemetry => 0,
+            Stream::Telemetry | Stream::Heartbeats => 0,
         };
     }
 }
@@ -75,11 +77,12 @@ pub(crate) fn fly<W: Wire + Send>(
     story: impl FnOnce(&Progress),
 ) -> [Report; 3] {
     let progress = &Progress::default();
-    let down = [(Stream::Acks, rates.directed), (Stream::Telemetry, rates.telemetry)];
-    let up = [(Stream::Commands, rates.directed)];
+    let heartbeats = (Stream::Heartbeats, 1);
+    let down = [(Stream::Acks, rates.directed), (Stream::Telemetry, rates.telemetry), heartbeats];
+    let up = [(Stream::Commands, rates.directed), heartbeats];
     let (vehicle, station) = thread::scope(|scope| {
-        let vehicle = scope.spawn(|| Speaker::new(vehicle, &down).speak(progress));
-        let station = scope.spawn(|| Speaker::new(station, &up).speak(progress));
+        let vehicle = scope.spawn(|| Speaker::new(VEHICLE, vehicle, &down).speak(progress));
+        let station = scope.spawn(|| Speaker::new(GCS, station, &up).speak(progress));
         // The streams end, however the story ends.
         let outcome = catch_unwind(AssertUnwindSafe(|| story(progress)));
         progress.is_over.store(true, Relaxed);
@@ -96,6 +99,7 @@ pub(crate) fn fly<W: Wire + Send>(
 
 /// Somebody who sends streams, and notes what comes.
 struct Speaker<'a, W: Wire> {
+    me: Component,
     peer: &'a mut Peer<W>,
     seq: u8,
     outgoing: Vec<Outgoing>,
@@ -129,13 +133,14 @@ impl Spoken {
 }
 
 impl<'a, W: Wire> Speaker<'a, W> {
-    fn new(peer: &'a mut Peer<W>, streams: &[(Stream, u32)]) -> Self {
+    fn new(me: Component, peer: &'a mut Peer<W>, streams: &[(Stream, u32)]) -> Self {
         let next = Instant::now();
         let outgoing = streams.iter().filter(|(_, rate)| *rate > 0).map(|(stream, rate)| {
             let period = Duration::from_secs(1) / *rate;
             Outgoing { stream: *stream, period, next, sent: Vec::new() }
         });
         Self {
+            me,
             peer,
             seq: 0,
             outgoing: outgoing.collect(),
@@ -162,7 +167,7 @@ impl<'a, W: Wire> Speaker<'a, W> {
             if outgoing.next <= now {
                 let number = u32::try_from(outgoing.sent.len()).expect("not so many");
                 outgoing.sent.push(now);
-                self.peer.send(numbered(outgoing.stream, number, self.seq));
+                self.peer.send(numbered(outgoing.stream, self.me, number, self.seq));
                 self.seq = self.seq.wrapping_add(1);
                 // Never faster than that, even after a pause: a burst would be another test.
                 outgoing.next = now + outgoing.period;
@@ -186,8 +191,8 @@ impl<'a, W: Wire> Speaker<'a, W> {
     }
 }
 
-/// Frame number `number` of a stream.
-fn numbered(stream: Stream, number: u32, seq: u8) -> Vec<u8> {
+/// Frame number `number` of a stream; heartbeats are anybody's.
+fn numbered(stream: Stream, me: Component, number: u32, seq: u8) -> Vec<u8> {
     let bytes = number.to_le_bytes();
     let draft = match stream {
         Stream::Commands => {
@@ -206,6 +211,7 @@ fn numbered(stream: Stream, number: u32, seq: u8) -> Vec<u8> {
             payload[..4].copy_from_slice(&bytes);
             Draft::new(VEHICLE, ATTITUDE, payload)
         }
+        Stream::Heartbeats => heartbeat_draft(me),
     };
     draft.seq(seq).build()
 }

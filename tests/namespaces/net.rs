@@ -1,8 +1,8 @@
 //! Network namespaces that nobody has to clean up.
 //!
 //! A namespace has a name only while it is made. After that an open descriptor holds it, with all
-//! its devices, and the kernel removes it when the last process or socket in it is gone: whether
-//! the test ends well, panics, or is killed.
+//! its devices, and the kernel removes it when that is closed and the last process and socket in it
+//! are gone, whether the test ends well or panics. No name is left behind, and no device.
 
 use std::fs::{self, File};
 use std::io::{self, Write};

@@ -171,7 +171,8 @@ pub(crate) struct Rain {
 
 /// The two routers, and whoever is behind them.
 pub(crate) struct Pair {
-    pub(crate) _air: Router,
+    /// Ends with the test.
+    _air: Router,
     pub(crate) ground: Router,
     pub(crate) vehicle: Peer<TcpWire>,
     pub(crate) station: Peer<TcpWire>,

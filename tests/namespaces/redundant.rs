@@ -3,12 +3,14 @@
 use std::time::{Duration, Instant};
 
 use crate::flight::{Rates, fly};
+use crate::harness::eventually;
 use crate::net::say;
 use crate::paths::{End, Field, Pair, Path, Weather};
 use crate::report::Report;
 
 const GROUP: &str = "group=air&dedup=500ms";
-const WINDOW: Duration = Duration::from_millis(500);
+/// The window of `dedup`, and less by what the clocks of two programs may differ.
+const REMEMBERED: Duration = Duration::from_millis(450);
 
 /// How long before and after a path comes back a frame may be overtaken: it went over the other
 /// path alone, and a router that had no time to read finds both full. On a quiet machine this is
@@ -82,23 +84,53 @@ fn loss_on_both_paths_is_the_product_of_the_losses() {
     assert!(lost * 100 < sent, "{lost} of {sent} lost: more than 1 %");
 }
 
-/// Of what `dedup` promises, nothing is broken: no copy within the window.
+#[test]
+#[ignore = "frames that a path held back for longer than dedup=MS are delivered again"]
+fn what_a_path_held_back_is_not_delivered_again() {
+    let Some(field) = Field::new() else { return };
+    let ground = field.start_ground(|_| GROUP.to_owned());
+    let ports = Path::BOTH.map(|path| ground.address(path.name()).port());
+    let modem = field.relay(Path::One, ports[0]);
+    let addresses = [modem.address(), field.ground_address(Path::Two, ports[1])];
+    let mut pair = field.start_air(ground, addresses, |_| GROUP.to_owned());
+    pair.wait_for_both_paths();
+    let rates = Rates { directed: 20, telemetry: 50 };
+    let reports = fly(&mut pair.vehicle, &mut pair.station, rates, |progress| {
+        progress.wait_for(PART);
+        modem.set_holding(true);
+        progress.wait_for(PART / 2);
+        modem.set_holding(false);
+        progress.wait_for(PART);
+    });
+    for report in &reports {
+        say(&report.to_string());
+        assert_eq!(report.lost(), [], "lost");
+        assert_eq!(report.copies(), [], "delivered again, so long after the first time");
+    }
+}
+
+/// Nothing was delivered again within the time for which frames are remembered. A machine that
+/// stops for longer, or a path that holds frames back for longer, can bring the rest about.
 #[track_caller]
 fn assert_no_copies(report: &Report) {
+    let copies = report.copies();
     let (within, later): (Vec<_>, Vec<_>) =
-        report.copies().into_iter().partition(|(_, after)| *after < WINDOW);
+        copies.into_iter().partition(|(_, after)| *after < REMEMBERED);
     assert_eq!(within, [], "delivered again, so long after the first time");
-    // A machine that stopped for so long can bring this about; nothing else here can.
     if !later.is_empty() {
-        say(&format!("copies after more than the window: {later:?}"));
+        say(&format!("delivered again, so long after the first time: {later:?}"));
     }
 }
 
 impl Pair {
-    /// Waits until the ground router knows a peer on either path.
-    fn wait_for_both_paths(&self) {
+    /// Lets the vehicle speak until the ground router knows a peer on either path: a device that
+    /// was just set up may lose what is sent first.
+    fn wait_for_both_paths(&mut self) {
         for path in Path::BOTH {
-            self.ground.log.wait_for(&[&format!("{}: link #", path.name()), " up"]);
+            eventually(&format!("{path:?} brings a peer to the ground"), || {
+                self.vehicle.send_mark();
+                self.ground.log.has(&[&format!("{}: link #", path.name()), " up"])
+            });
         }
     }
 }

@@ -25,6 +25,7 @@ struct Shared {
     delay_ms: AtomicU32,
     is_cut: AtomicBool,
     is_one_way: AtomicBool,
+    is_holding: AtomicBool,
     is_over: AtomicBool,
     carried: AtomicUsize,
 }
@@ -69,6 +70,12 @@ impl Relay {
     /// From now on nothing goes back to who calls the relay, or everything again.
     pub(crate) fn set_one_way(&self, is_one_way: bool) {
         self.shared.is_one_way.store(is_one_way, Relaxed);
+    }
+
+    /// From now on everything waits in the relay, or goes on, with all that has waited: what modems
+    /// do where there is no coverage.
+    pub(crate) fn set_holding(&self, is_holding: bool) {
+        self.shared.is_holding.store(is_holding, Relaxed);
     }
 
     /// How many datagrams were handed to it so far that it did not lose, both ways.
@@ -125,6 +132,7 @@ impl Direction {
             }
             while let Some((due, _)) = self.waiting.front()
                 && *due <= Instant::now()
+                && !self.shared.is_holding.load(Relaxed)
             {
                 let (_, datagram) = self.waiting.pop_front().expect("the front");
                 send(&self, &datagram);

@@ -58,12 +58,6 @@ impl Report {
         late.map(|(number, _)| (*number, self.sent[*number as usize])).collect()
     }
 
-    /// When the first of those arrived that were sent after this moment.
-    pub(crate) fn first_after(&self, moment: Instant) -> Option<Instant> {
-        let later = self.sent.iter().zip(0..).filter(|(sent, _)| **sent > moment);
-        later.filter_map(|(_, number)| self.first.get(&number)).min().copied()
-    }
-
     /// The longest time without one, between two that arrived.
     pub(crate) fn longest_gap(&self) -> Duration {
         let gap = |pair: &[(u32, Instant)]| pair[1].1.duration_since(pair[0].1);

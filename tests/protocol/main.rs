@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod defects;
 mod every_message;
 mod filters;
 mod frames;

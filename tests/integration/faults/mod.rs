@@ -8,3 +8,4 @@ mod interfaces;
 mod names;
 mod serial;
 mod stopped;
+mod stuck;

@@ -20,8 +20,8 @@ fn read_on(router: SocketAddr) {
 fn talk(vehicle: &mut Peer<UdpWire>, healthy: &mut Peer<UdpWire>, n: &mut u32, time: Duration) {
     let end = Instant::now() + time;
     while Instant::now() < end {
-        let frames: Vec<_> = (*n..*n + 20).map(|n| bulk(VEHICLE, n)).collect();
-        *n += 20;
+        let frames: Vec<_> = (*n..*n + 80).map(|n| bulk(VEHICLE, n)).collect();
+        *n += 80;
         vehicle.send_each(&frames);
         healthy.expect_each(&frames);
         thread::sleep(Duration::from_millis(10));
@@ -72,7 +72,7 @@ fn a_peer_that_is_stopped_for_less_than_its_stall_timeout_stays() {
     let before = Condition::of(&router);
     reader.stop();
     // Longer than a host that answers nothing at all is waited for.
-    talk(&mut vehicle, &mut healthy, &mut n, Duration::from_secs(13));
+    talk(&mut vehicle, &mut healthy, &mut n, Duration::from_secs(12));
     assert!(!router.log.has(&["tcp: link #", " down: "]), "it was given up");
     reader.go_on();
     talk(&mut vehicle, &mut healthy, &mut n, Duration::from_millis(500));

@@ -3,6 +3,7 @@
 //! A mark follows the frames under test on the same way. Who receives it knows that whatever was
 //! sent before has arrived or never will: so a test can wait for "nothing" without sleeping.
 
+use std::process;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use mavswitch::mavlink::Component;
@@ -17,7 +18,8 @@ const TYPE_AT: usize = 10 + 4;
 /// A new mark from `source`, and its number.
 pub(crate) fn mark(source: Component) -> (u32, Vec<u8>) {
     static COUNT: AtomicU32 = AtomicU32::new(1);
-    let number = COUNT.fetch_add(1, Ordering::Relaxed);
+    // Some peers are processes of their own: what they count is not what others count.
+    let number = COUNT.fetch_add(1, Ordering::Relaxed).wrapping_add(process::id() << 16);
     let [a, b, c, d] = number.to_le_bytes();
     let payload = [a, b, c, d, MARK_TYPE, 8, 0, 4, 3];
     let seq = a;

@@ -35,6 +35,19 @@ impl Router {
     pub(crate) fn start_limited(descriptors: usize, arguments: &[&str]) -> Self {
         let mut command = Command::new("sh");
         command.args(["-c", &format!("ulimit -n {descriptors} && exec \"$0\" \"$@\""), PROGRAM]);
+        without_manager(&mut command);
+        let router = Self::spawn(&mut command, false, arguments);
+        router.log.wait_for(&["ready"]);
+        router
+    }
+
+    /// Starts the router, and has all of its system calls that are called `call` and are about
+    /// `path` take so many seconds more: a driver that is stuck.
+    pub(crate) fn start_delayed(call: &str, path: &str, seconds: u32, arguments: &[&str]) -> Self {
+        let mut command = Command::new("strace");
+        // As a grandchild, so that the router is our child.
+        command.args(["-D", "-f", "-qq", "-o", "/dev/null", "-P", path]);
+        command.args(["-e", &format!("inject={call}:delay_enter={seconds}s"), PROGRAM]);
         let router = Self::spawn(&mut command, false, arguments);
         router.log.wait_for(&["ready"]);
         router
@@ -49,20 +62,28 @@ impl Router {
 
     /// Starts the router and waits for nothing.
     pub(crate) fn launch(arguments: &[&str]) -> Self {
-        Self::spawn(&mut Command::new(PROGRAM), false, arguments)
+        Self::launch_in(arguments, |_| {})
     }
 
     /// The same with a log that holds little while nobody reads it.
     pub(crate) fn launch_with_narrow_log(arguments: &[&str]) -> Self {
-        Self::spawn(&mut Command::new(PROGRAM), true, arguments)
+        let mut command = Command::new(PROGRAM);
+        without_manager(&mut command);
+        Self::spawn(&mut command, true, arguments)
     }
 
     /// The same as another user, if one is given.
     pub(crate) fn launch_as(user: Option<u32>, arguments: &[&str]) -> Self {
+        Self::launch_in(arguments, |command| {
+            user.map(|user| command.uid(user).gid(user));
+        })
+    }
+
+    /// The same in surroundings of which `prepare` says more.
+    pub(crate) fn launch_in(arguments: &[&str], prepare: impl FnOnce(&mut Command)) -> Self {
         let mut command = Command::new(PROGRAM);
-        if let Some(user) = user {
-            command.uid(user).gid(user);
-        }
+        without_manager(&mut command);
+        prepare(&mut command);
         Self::spawn(&mut command, false, arguments)
     }
 
@@ -216,12 +237,20 @@ pub(crate) fn run(arguments: &[&str]) -> Output {
 /// The same by a command that gives it another name or surroundings.
 pub(crate) fn run_command(mut command: Command, arguments: &[&str]) -> Output {
     command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    without_manager(&mut command);
     let mut child = Guard(command.spawn().expect("the program starts"));
     let errors = Log::follow(child.0.stderr.take().expect("its standard error"));
     let output = Log::follow(child.0.stdout.take().expect("its standard output"));
     let (stderr, stdout) = (errors.wait_for_end(), output.wait_for_end());
     let status = child.0.wait().expect("the program's end");
     Output { status, stdout: stdout.into_bytes(), stderr: stderr.into_bytes() }
+}
+
+/// Whoever runs the tests may be a service, and what its manager told it is not for the program.
+fn without_manager(command: &mut Command) {
+    ["NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID", "JOURNAL_STREAM"].iter().for_each(|name| {
+        command.env_remove(name);
+    });
 }
 
 /// Nobody outlives the test that started it.

@@ -34,6 +34,13 @@ impl Schedule {
 pub(crate) struct Lateness(Vec<Duration>);
 
 impl Lateness {
+    /// Sleeps, and notes how much too long that was.
+    pub(crate) fn sleep(&mut self, time: Duration) {
+        let due = Instant::now() + time;
+        thread::sleep(time);
+        self.0.push(due.elapsed());
+    }
+
     /// With what somebody else has noted.
     pub(crate) fn and(mut self, other: Self) -> Self {
         self.0.extend(other.0);

@@ -1,0 +1,161 @@
+//! Opens, changes and closes serial ports by threads of their own: a driver that takes its time, or
+//! never answers, holds up nobody else.
+
+use std::convert::Infallible;
+use std::fs::File;
+use std::io;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread;
+use std::time::Duration;
+
+use mio::Waker;
+
+use super::ports::find_flight_controller;
+use super::serial::{self, SerialSettings, open_serial};
+
+/// How long what was written to a port may take to leave when that is closed.
+const CLOSING: Duration = Duration::from_millis(500);
+
+/// What became of a port.
+#[derive(Debug)]
+pub struct SerialAnswer {
+    /// Who asked: the number given with the question.
+    pub asker: usize,
+    /// What was asked for.
+    pub outcome: SerialOutcome,
+}
+
+/// What became of a port: what was asked for, and how it went.
+#[derive(Debug)]
+pub enum SerialOutcome {
+    /// It was to be opened. Without a device, no flight controller was found.
+    Opened {
+        /// Its device node, or a name that leads to that.
+        device: Option<PathBuf>,
+        /// The port, whose calls return instead of waiting.
+        port: io::Result<File>,
+    },
+    /// Its baud rate was to be changed to this one.
+    BaudSet(u32, io::Result<()>),
+}
+
+/// Whom to ask for serial ports. It wakes the poll loop when it has answered.
+///
+/// Each asker should have one question open at a time; that bounds the threads.
+pub struct Opener {
+    answers: (Sender<SerialAnswer>, Receiver<SerialAnswer>),
+    waker: Arc<Waker>,
+    /// Every port that is being closed holds a copy of the sender.
+    closing: (Sender<Infallible>, Receiver<Infallible>),
+}
+
+impl Opener {
+    /// One that wakes the loop of `waker`.
+    pub fn new(waker: Arc<Waker>) -> Self {
+        Self { answers: channel(), waker, closing: channel() }
+    }
+
+    /// Opens a port for this program alone; without a device, that of a flight controller. The
+    /// answer comes from [`Opener::poll`].
+    ///
+    /// # Errors
+    ///
+    /// If the system refuses another thread.
+    pub fn open(
+        &self,
+        asker: usize,
+        device: Option<PathBuf>,
+        settings: SerialSettings,
+    ) -> io::Result<()> {
+        self.ask(asker, move || {
+            let none =
+                || io::Error::new(io::ErrorKind::NotFound, "no flight controller is plugged in");
+            let device = device.or_else(find_flight_controller);
+            let port = match &device {
+                Some(device) => open_serial(device, settings),
+                None => Err(none()),
+            };
+            SerialOutcome::Opened { device, port }
+        })
+    }
+
+    /// Changes the baud rate of a port; the answer comes from [`Opener::poll`].
+    ///
+    /// # Errors
+    ///
+    /// If the system refuses another thread or descriptor.
+    pub fn set_baud(&self, asker: usize, port: &File, baud: u32) -> io::Result<()> {
+        let port = port.try_clone()?;
+        self.ask(asker, move || SerialOutcome::BaudSet(baud, serial::set_baud(&port, baud)))
+    }
+
+    fn ask(
+        &self,
+        asker: usize,
+        work: impl FnOnce() -> SerialOutcome + Send + 'static,
+    ) -> io::Result<()> {
+        let (answers, waker) = (self.answers.0.clone(), Arc::clone(&self.waker));
+        let answer = move || {
+            // Fails only when the program ends and nobody wants to know.
+            if answers.send(SerialAnswer { asker, outcome: work() }).is_ok() {
+                let _ = waker.wake();
+            }
+        };
+        thread::Builder::new().name("serial".into()).spawn(answer).map(drop)
+    }
+
+    /// The next answer.
+    pub fn poll(&self) -> Option<SerialAnswer> {
+        self.answers.1.try_recv().ok()
+    }
+
+    /// The next answer, if it comes before `limit` is over. For the start, before the loop runs.
+    pub fn wait(&self, limit: Duration) -> Option<SerialAnswer> {
+        self.answers.1.recv_timeout(limit).ok()
+    }
+
+    /// Closes a port. Others may open it from now on.
+    pub fn close(&self, port: File) {
+        serial::release(&port);
+        let is_closing = self.closing.0.clone();
+        let close = move || {
+            serial::empty(&port, CLOSING);
+            drop(port);
+            drop(is_closing);
+        };
+        // Without a thread, the port is closed here and now.
+        let _ = thread::Builder::new().name("serial".into()).spawn(close);
+    }
+
+    /// Waits until all ports are closed that were to be, at most until `limit` is over.
+    pub fn wait_until_closed(self, limit: Duration) {
+        drop(self.closing.0);
+        let _ = self.closing.1.recv_timeout(limit);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mio::{Poll, Token};
+
+    #[test]
+    fn what_cannot_be_opened_is_told_and_wakes_the_loop() {
+        let mut poll = Poll::new().unwrap();
+        let waker = Waker::new(poll.registry(), Token(7)).unwrap();
+        let opener = Opener::new(Arc::new(waker));
+        let settings = SerialSettings { baud: 57_600, rtscts: false };
+        opener.open(3, Some("/dev/null".into()), settings).unwrap();
+        let mut events = mio::Events::with_capacity(1);
+        poll.poll(&mut events, None).unwrap();
+        let answer = opener.poll().unwrap();
+        assert_eq!(answer.asker, 3);
+        let SerialOutcome::Opened { device, port: Err(error) } = answer.outcome else {
+            panic!("/dev/null is no serial port");
+        };
+        assert_eq!(device, Some("/dev/null".into()));
+        assert_eq!(error.raw_os_error(), Some(libc::ENOTTY));
+    }
+}

@@ -1,0 +1,249 @@
+//! For a fuzzer: a router under any list of operations, beside a model that only remembers.
+//!
+//! The model does not decide where a frame goes. It holds what must be true wherever it goes.
+
+use std::collections::HashSet;
+use std::time::Duration;
+
+use super::{
+    Capacity, DropReason, GroupId, LinkId, LinkOptions, MAX_COMPONENTS, Membership, RateCap,
+    Router, RouterOptions, Time,
+};
+use crate::mavlink::{CheckedFrame, Component, FrameSpec, Header, MessageId, Version, encode};
+
+/// Does what `data` says, four bytes an operation.
+///
+/// # Fuzzing
+///
+/// Asserts that no frame goes back to the link it came from, or to that link's group; that none
+/// goes to a link twice; that directed frames go where their target was heard, and nowhere else;
+/// that queues give out what was put in, whole and in order; that what goes nowhere is counted; and
+/// that tables and events stay within their bounds.
+pub fn fuzz_router(data: &[u8]) {
+    let Some((options, operations)) = data.split_first() else { return };
+    let mut model = Model::new(*options);
+    for operation in operations.chunks_exact(4) {
+        model.step([operation[0], operation[1], operation[2], operation[3]]);
+    }
+    model.drain_all();
+}
+
+/// What is remembered of a link.
+struct Shadow {
+    link: LinkId,
+    options: LinkOptions,
+    /// What waits for it.
+    queued: Vec<Vec<u8>>,
+    /// Who was heard on it, ever.
+    heard: HashSet<Component>,
+}
+
+struct Model {
+    router: Router,
+    now: Time,
+    links: Vec<Shadow>,
+    seq: u8,
+}
+
+/// More links than this show nothing new.
+const LINKS: usize = 12;
+
+impl Model {
+    fn new(options: u8) -> Self {
+        let options = RouterOptions {
+            strict: options & 1 != 0,
+            route_age: (options & 2 != 0).then(|| Duration::from_secs(10)),
+            ..RouterOptions::default()
+        };
+        let now = Time::from_millis(1_000_000);
+        Self { router: Router::new(options), now, links: Vec::new(), seq: 0 }
+    }
+
+    fn step(&mut self, [operation, a, b, c]: [u8; 4]) {
+        match operation % 16 {
+            0 if self.links.len() < LINKS => self.add_link(a, b),
+            1 if !self.links.is_empty() => {
+                let gone = self.links.swap_remove(usize::from(a) % self.links.len());
+                self.router.remove_link(gone.link);
+            }
+            2 => self.now = self.now + Duration::from_millis(u64::from(a) * 20),
+            3 if !self.links.is_empty() => self.drain(usize::from(a) % self.links.len(), b),
+            4 => self.router.handle_timeout(self.now),
+            _ if !self.links.is_empty() => self.receive(a, b, c),
+            _ => {}
+        }
+        assert!(self.router.table().components().len() <= MAX_COMPONENTS);
+        let mut events = 0;
+        while self.router.poll_event().is_some() {
+            events += 1;
+            assert!(events <= 1_024, "the events are bounded");
+        }
+    }
+
+    fn add_link(&mut self, a: u8, b: u8) {
+        let membership = (a & 1 != 0).then(|| Membership {
+            group: GroupId(b & 1),
+            member: u16::from(b >> 4),
+            rank: b >> 6,
+            best_only: a & 2 != 0,
+        });
+        let paced = Capacity::Paced { rate: 5_760, queue_time: Duration::from_millis(250) };
+        let options = LinkOptions {
+            membership,
+            capacity: if a & 4 != 0 { paced } else { Capacity::Bytes(2_000) },
+            dedup: (a & 8 != 0).then(|| Duration::from_millis(u64::from(b) * 4)),
+            is_sniffer: a & 16 != 0,
+            forward_setup_signing: a & 32 != 0,
+            caps: if a & 64 != 0 {
+                vec![RateCap { id: MessageId(30), interval: CAP }]
+            } else {
+                vec![]
+            },
+            ..LinkOptions::default()
+        };
+        let Some(link) = self.router.add_link(options.clone(), self.now) else { return };
+        assert!(self.links.iter().all(|other| other.link != link), "a link's number is its own");
+        self.links.push(Shadow { link, options, queued: Vec::new(), heard: HashSet::new() });
+    }
+
+    /// A frame arrives: from one of few components, for one of few.
+    fn receive(&mut self, a: u8, b: u8, c: u8) {
+        let from = usize::from(a) % self.links.len();
+        let source = Component::new(b & 3, (b >> 2) & 3);
+        let target = Component::new((b >> 4) & 3, (b >> 6) & 3);
+        // Every other sequence number comes twice, as over two cables.
+        self.seq = self.seq.wrapping_add(c >> 7);
+        let (id, target) = MESSAGES[usize::from(c & 7)](target);
+        let (spec, verified) = (spec(source, id, self.seq), c & 64 == 0);
+        let mut bytes = Vec::new();
+        encode(&spec, &mut bytes);
+        let header = Header::parse(&bytes).expect("a frame");
+        let frame = CheckedFrame { bytes: &bytes, header, target, verified };
+        let before = self.counts();
+        let link = self.links[from].link;
+        if verified {
+            self.links[from].heard.insert(source);
+        }
+        self.router.handle(link, &frame, self.now);
+        self.note(from, &frame, &before);
+    }
+
+    /// Holds what must be true of one frame, and notes where it went.
+    fn note(&mut self, from: usize, frame: &CheckedFrame<'_>, before: &[(u64, u64, u64)]) {
+        let after = self.counts();
+        let own_group = self.links[from].options.membership.map(|member| member.group);
+        assert_eq!(after[from].0, before[from].0 + 1, "what came in is counted");
+        let mut is_accounted = self.links.len() == 1;
+        for (at, (after, before)) in after.iter().zip(before).enumerate() {
+            is_accounted |= after.2 > before.2;
+            let copies = after.1 - before.1;
+            assert!(copies <= 1, "no frame goes to a link twice");
+            if copies == 0 {
+                continue;
+            }
+            is_accounted = true;
+            let shadow = &self.links[at];
+            assert_ne!(at, from, "no frame goes back");
+            let group = shadow.options.membership.map(|member| member.group);
+            assert!(group.is_none() || group != own_group, "nothing goes between paths");
+            assert!(!frame.is_directed() || self.leads_to(at, frame.target), "nobody is there");
+            self.links[at].queued.push(frame.bytes.to_vec());
+        }
+        let only_kin = |shadow: &Shadow| {
+            shadow.options.membership.map(|member| member.group) == own_group && own_group.is_some()
+        };
+        is_accounted |= self.links.iter().enumerate().all(|(at, s)| at == from || only_kin(s));
+        assert!(is_accounted, "what goes nowhere is counted: {:?}", frame.header);
+    }
+
+    /// Whether the target was heard here, or on another link of the same group; or all is sent here.
+    fn leads_to(&self, at: usize, target: Component) -> bool {
+        let group = self.links[at].options.membership.map(|member| member.group);
+        let is_kin = |(other, shadow): (usize, &Shadow)| {
+            let of_group = shadow.options.membership.map(|member| member.group);
+            other == at || group.is_some() && of_group == group
+        };
+        let heard = |shadow: &Shadow| shadow.heard.iter().any(|c| c.system == target.system);
+        let mut kin = self.links.iter().enumerate().filter(|(n, shadow)| is_kin((*n, *shadow)));
+        kin.any(|(_, shadow)| heard(shadow) || shadow.options.is_sniffer)
+    }
+
+    /// Frames in, frames out, frames dropped, of each link.
+    fn counts(&self) -> Vec<(u64, u64, u64)> {
+        let counts = |shadow: &Shadow| {
+            let counters = self.router.counters(shadow.link).expect("the link is there");
+            let dropped = DropReason::ALL.iter().map(|reason| counters[*reason]).sum();
+            (counters.frames_in, counters.frames_out, dropped)
+        };
+        self.links.iter().map(counts).collect()
+    }
+
+    /// Sends a part of what waits for a link.
+    fn drain(&mut self, at: usize, amount: u8) {
+        let shadow = &mut self.links[at];
+        let port = self.router.port_mut(shadow.link).expect("the link is there");
+        let count = port.sendable(self.now).min(usize::from(amount) * 8);
+        let frames = port.frames().map(|(first, second)| [first, second].concat());
+        let frames: Vec<_> = frames.collect();
+        let whole = shadow.queued.len() - frames.len();
+        assert!(whole <= 1, "at most one frame is torn");
+        assert_eq!(frames, shadow.queued[whole..], "what comes out is what went in");
+        port.consume(count);
+        let rest = port.backlog();
+        while shadow.queued.iter().skip(1).map(Vec::len).sum::<usize>() >= rest
+            && !shadow.queued.is_empty()
+        {
+            shadow.queued.remove(0);
+        }
+    }
+
+    fn drain_all(&mut self) {
+        (0..self.links.len()).for_each(|at| self.drain(at, u8::MAX));
+    }
+}
+
+const CAP: Duration = Duration::from_millis(500);
+
+/// What a message's target is, by its definition; the ids and CRC_EXTRAs are of no matter here.
+const MESSAGES: [fn(Component) -> (u32, Component); 8] = [
+    |_| (0, Component::new(0, 0)),
+    |_| (30, Component::new(0, 0)),
+    |_| (2, Component::new(0, 0)),
+    |_| (109, Component::new(0, 0)),
+    |target| (76, target),
+    |target| (11, Component::new(target.system, 0)),
+    |target| (256, target),
+    |target| (4, target),
+];
+
+fn spec(source: Component, id: u32, seq: u8) -> FrameSpec<'static> {
+    const PAYLOAD: &[u8] = &[1, 2, 3, 4, 5, 6, 7, 8, 9];
+    let id = MessageId(id);
+    FrameSpec {
+        version: Version::V2,
+        seq,
+        source,
+        id,
+        crc_extra: 0,
+        payload: PAYLOAD,
+        signature: None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exercise_fuzz_router() {
+        let mut state = 7_u32;
+        for length in [0, 1, 400, 4_000, 40_000] {
+            let next = || {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                (state >> 24) as u8
+            };
+            let data: Vec<u8> = std::iter::repeat_with(next).take(length).collect();
+            fuzz_router(&data);
+        }
+    }
+}

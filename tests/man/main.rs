@@ -1,0 +1,103 @@
+//! The manual pages that ship: made of prose by hand, the command line's own declaration and the
+//! tables of keys and options.
+//!
+//! `man/NAME.in` has the prose of a page, with a line such as `@OPTIONS@` where something generated
+//! stands. A test makes the pages anew and compares; `MAVSWITCH_WRITE_MAN=1 cargo test --test man`
+//! writes them.
+
+#![allow(clippy::unwrap_used)]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::{env, fs, io};
+
+mod sections;
+
+/// The variable with which the test writes the pages.
+const WRITE: &str = "MAVSWITCH_WRITE_MAN";
+
+/// Each page, and words that it has to show.
+const PAGES: [(&str, &[&str]); 2] = [
+    (
+        "mavswitch.1",
+        &[
+            "EXIT STATUS",
+            "NOTIFY_SOCKET",
+            "--log-format",
+            "queue_time",
+            "completions SHELL",
+            "check [FILE]",
+            "config [OPTION]... [ENDPOINT]...",
+            "system's links",
+        ],
+    ),
+    (
+        "mavswitch.toml.5",
+        &["GENERAL KEYS", "[endpoint.gcs]", "queue_time (", "log_format (", "default: \"250ms\""],
+    ),
+];
+
+fn file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("man").join(name)
+}
+
+/// A page as it has to be.
+fn page(name: &str) -> String {
+    let prose = fs::read_to_string(file(&format!("{name}.in"))).unwrap();
+    let filled = |line| sections::section(line).unwrap_or_else(|| format!("{line}\n"));
+    prose.lines().map(filled).collect()
+}
+
+#[test]
+fn the_pages_say_what_the_program_says() {
+    for (name, _) in PAGES {
+        let page = page(name);
+        if env::var_os(WRITE).is_some() {
+            fs::write(file(name), &page).unwrap();
+        }
+        let shipped = fs::read_to_string(file(name)).unwrap_or_default();
+        let differs = page.lines().zip(shipped.lines()).find(|(new, old)| new != old);
+        assert!(
+            page == shipped,
+            "man/{name} is not as generated; `{WRITE}=1 cargo test --test man` writes it: {differs:?}"
+        );
+    }
+}
+
+#[test]
+fn nothing_is_left_to_fill_in_and_no_line_is_an_unknown_request() {
+    let known = [
+        ".TH ", ".SH ", ".SS ", ".TP", ".PP", ".nf", ".fi", ".RS", ".RE", ".br", ".\\\"", ".BR ",
+        ".IP ", ".ie ", ".el ",
+    ];
+    for (name, _) in PAGES {
+        for line in page(name).lines() {
+            assert!(!line.starts_with('@') && !line.starts_with('\''), "{name}: {line}");
+            let is_known = known.iter().any(|it| line.starts_with(it));
+            assert!(!line.starts_with('.') || is_known, "{name}: {line}");
+        }
+    }
+}
+
+#[test]
+fn man_shows_them_without_complaint() {
+    if !man(&["--version"]).is_ok_and(|output| output.stdout.starts_with(b"man ")) {
+        return println!("SKIPPED: man(1) of man-db is not installed");
+    }
+    for (name, words) in PAGES {
+        let path = file(name);
+        let arguments = ["--warnings=all", "--encoding=UTF-8", "-l", path.to_str().unwrap()];
+        let output = man(&arguments).unwrap();
+        let complaints = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && complaints.is_empty(), "{name}: {complaints}");
+        let text = String::from_utf8_lossy(&output.stdout);
+        for word in words {
+            assert!(text.contains(word), "{name}: no {word} in {text}");
+        }
+    }
+}
+
+fn man(arguments: &[&str]) -> io::Result<Output> {
+    let surroundings = [("MANWIDTH", "200"), ("MANPAGER", "cat"), ("LC_ALL", "C.UTF-8")];
+    Command::new("man").args(arguments).envs(surroundings).output()
+}
