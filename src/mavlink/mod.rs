@@ -23,4 +23,7 @@ pub use dialect::{Definition, Dialect, MAX_DEFINITIONS, Target, TooManyDefinitio
 pub use encode::{FrameSpec, encode, trimmed};
 pub use frame::{Frame, FrameError, Header, MAX_FRAME, STX_V1, STX_V2, Version, frame_len_of};
 pub use id::{Component, MessageId};
-pub use splitter::{CheckedFrame, Cutter, Input, Splitter, SplitterStats, fuzz_splitter};
+pub use splitter::{
+    CheckedFrame, Cutter, Input, Splitter, SplitterStats, fuzz_splitter,
+    fuzz_splitter_with_checksums,
+};

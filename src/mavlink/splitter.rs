@@ -5,6 +5,7 @@
 //! its start byte (rule 17); what stands inside it is believed only after a full check (rule 19).
 
 use super::checker::{Checker, Evidence, Verdict};
+use super::crc::Crc;
 use super::dialect::Target;
 use super::frame::{Frame, FrameError, Header, MAX_FRAME, SIGNATURE, STX_V1, STX_V2};
 use super::id::Component;
@@ -359,6 +360,26 @@ pub fn fuzz_splitter(data: &[u8]) {
     assert!(taken + skipped + splitter.carry.len() >= stream.len());
 }
 
+/// The same with the checksum of whatever could be a frame put right first, which no fuzzer would
+/// find by itself.
+pub fn fuzz_splitter_with_checksums(data: &[u8]) {
+    let mut data = data.to_vec();
+    let dialect = super::Dialect::builtin();
+    let mut at = 1;
+    while at < data.len() {
+        let Ok(frame) = Frame::parse(&data[at..]) else {
+            at += 1;
+            continue;
+        };
+        let extra = dialect.by_id(frame.header().id).map_or(0, |known| known.crc_extra);
+        let checksum = Crc::step(Crc::of(frame.checked_bytes()), extra).to_le_bytes();
+        let (end, next) = (1 + frame.checked_bytes().len(), at + frame.bytes().len());
+        data[at + end..][..2].copy_from_slice(&checksum);
+        at = next;
+    }
+    fuzz_splitter(&data);
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -370,6 +391,7 @@ mod tests {
                 let mut data = vec![byte; 4_000];
                 data[0] = size;
                 fuzz_splitter(&data);
+                fuzz_splitter_with_checksums(&data);
             }
         }
         fuzz_splitter(&[]);
