@@ -1,8 +1,8 @@
-//! The manual pages that ship: made of prose by hand, the command line's own declaration and the
-//! tables of keys and options.
+//! What ships and is made of the program's own declarations: the manual pages, with prose by hand
+//! around the options and keys, and the completions for shells.
 //!
 //! `man/NAME.in` has the prose of a page, with a line such as `@OPTIONS@` where something generated
-//! stands. A test makes the pages anew and compares; `MAVSWITCH_WRITE_MAN=1 cargo test --test man`
+//! stands. Tests make the files anew and compare; `MAVSWITCH_WRITE_MAN=1 cargo test --test man`
 //! writes them.
 
 #![allow(clippy::unwrap_used)]
@@ -11,9 +11,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::{env, fs, io};
 
+mod completions;
 mod sections;
 
-/// The variable with which the test writes the pages.
+/// The variable with which the tests write the files.
 const WRITE: &str = "MAVSWITCH_WRITE_MAN";
 
 /// Each page, and words that it has to show.
@@ -48,19 +49,25 @@ fn page(name: &str) -> String {
     prose.lines().map(filled).collect()
 }
 
+/// Asserts that the file that ships is `text`, or writes it.
+#[track_caller]
+fn assert_shipped(path: &Path, text: &str) {
+    if env::var_os(WRITE).is_some() {
+        fs::write(path, text).unwrap();
+    }
+    let shipped = fs::read_to_string(path).unwrap_or_default();
+    let differs = text.lines().zip(shipped.lines()).find(|(new, old)| new != old);
+    assert!(
+        text == shipped,
+        "{} is not as generated; `{WRITE}=1 cargo test --test man` writes it: {differs:?}",
+        path.display()
+    );
+}
+
 #[test]
 fn the_pages_say_what_the_program_says() {
     for (name, _) in PAGES {
-        let page = page(name);
-        if env::var_os(WRITE).is_some() {
-            fs::write(file(name), &page).unwrap();
-        }
-        let shipped = fs::read_to_string(file(name)).unwrap_or_default();
-        let differs = page.lines().zip(shipped.lines()).find(|(new, old)| new != old);
-        assert!(
-            page == shipped,
-            "man/{name} is not as generated; `{WRITE}=1 cargo test --test man` writes it: {differs:?}"
-        );
+        assert_shipped(&file(name), &page(name));
     }
 }
 

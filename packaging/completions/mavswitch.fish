@@ -1,0 +1,113 @@
+# Print an optspec for argparse to handle cmd's options that are independent of any subcommand.
+function __fish_mavswitch_global_optspecs
+    string join \n c/config= learn= strict= route-age= sniffer= dialect= v/verbose q/quiet log-format= h/help V/version
+end
+
+function __fish_mavswitch_needs_command
+    # Figure out if the current invocation already has a command.
+    set -l cmd (commandline -opc)
+    set -e cmd[1]
+    argparse -s (__fish_mavswitch_global_optspecs) -- $cmd 2>/dev/null
+    or return
+    if set -q argv[1]
+        # Also print the command, so this can be used to figure out what it is.
+        echo $argv[1]
+        return 1
+    end
+    return 0
+end
+
+function __fish_mavswitch_using_subcommand
+    set -l cmd (__fish_mavswitch_needs_command)
+    test -z "$cmd"
+    and return 1
+    contains -- $cmd[1] $argv
+end
+
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -s c -l config -d 'Read this configuration file, and not those in /etc/mavswitch' -r -F
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -l learn -d 'Learn routes from every frame, or from HEARTBEAT only [default: all]' -r -f -a "all\t'Every frame that passed a full check'
+heartbeat\t'HEARTBEAT frames'"
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -l strict -d 'Send nothing to components that were never heard, not even to their system\'s links' -r -f -a "true\t''
+false\t''"
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -l route-age -d 'Forget a route that was silent for so many seconds; 0: never [default: 300]' -r
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -l sniffer -d 'Send everything to the links on which this system id is heard, whoever it is for' -r
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -l dialect -d 'Know the messages of this XML definition file too; may be repeated' -r -F
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -s V -l version -d 'Print version'
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "dialect" -d 'Print the messages that a definition file declares, as rows of the built-in table'
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "ports" -d 'List the serial ports of this computer: what each one is, and whether you may open it'
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "completions" -d 'Print what a shell needs to complete command lines, for its directory of completions'
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "check" -d 'Check a configuration file, and tell what it means and what is missing; opens no endpoint'
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "import" -d 'Print what a configuration of mavlink-router means, as a file of mavswitch'
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "config" -d 'Print the effective configuration, of files and command line together, as a file'
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "help" -d 'Print this message or the help of the given subcommand(s)'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand dialect" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand dialect" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand dialect" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand dialect" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand ports" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand ports" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand ports" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand ports" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand completions" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand completions" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand completions" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand completions" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand check" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand check" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand check" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand check" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand import" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand import" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand import" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand import" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -s c -l config -d 'Read this configuration file, and not those in /etc/mavswitch' -r -F
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l learn -d 'Learn routes from every frame, or from HEARTBEAT only [default: all]' -r -f -a "all\t'Every frame that passed a full check'
+heartbeat\t'HEARTBEAT frames'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l strict -d 'Send nothing to components that were never heard, not even to their system\'s links' -r -f -a "true\t''
+false\t''"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l route-age -d 'Forget a route that was silent for so many seconds; 0: never [default: 300]' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l sniffer -d 'Send everything to the links on which this system id is heard, whoever it is for' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l dialect -d 'Know the messages of this XML definition file too; may be repeated' -r -F
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "dialect" -d 'Print the messages that a definition file declares, as rows of the built-in table'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "ports" -d 'List the serial ports of this computer: what each one is, and whether you may open it'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "completions" -d 'Print what a shell needs to complete command lines, for its directory of completions'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "check" -d 'Check a configuration file, and tell what it means and what is missing; opens no endpoint'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "import" -d 'Print what a configuration of mavlink-router means, as a file of mavswitch'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "config" -d 'Print the effective configuration, of files and command line together, as a file'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
