@@ -244,5 +244,5 @@ Examples:
   What a configuration file says, and nothing else:
     mavswitch -c mavswitch.toml
 
-Exit status: 0 after SIGINT, SIGTERM or SIGHUP, 1 if it cannot start, 2 for a wrong command line or a
+Exit status: 0 after SIGINT or SIGTERM, 1 if it cannot start, 2 for a wrong command line or a
 wrong configuration file.";

@@ -8,11 +8,14 @@ use std::io::{self, IsTerminal};
 
 use mavswitch::config::{General, LogFormat, LogLevel};
 use tracing::level_filters::LevelFilter;
-use tracing::{Event, Level, Subscriber};
+use tracing::{Event, Subscriber};
 use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
 use tracing_subscriber::fmt::format::Writer;
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
+use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::registry::LookupSpan;
+use tracing_subscriber::util::SubscriberInitExt;
+use tracing_subscriber::{Registry, reload};
 
 /// How many lines wait while nobody reads the log.
 const LINES: usize = 1_024;
@@ -21,7 +24,20 @@ const LINES: usize = 1_024;
 /// lines that nobody takes in time are left out. What is left is written when this is dropped.
 pub(crate) struct Log {
     format: LogFormat,
+    level: Level,
     _writer: WorkerGuard,
+}
+
+/// The level of the log.
+#[derive(Clone)]
+pub(crate) struct Level(reload::Handle<LevelFilter, Registry>);
+
+impl Level {
+    /// Writes what has this level, and those before it, from now on.
+    pub(crate) fn set(&self, level: LogLevel) {
+        // Fails only when the log is gone.
+        let _ = self.0.reload(level_filter(level));
+    }
 }
 
 impl Log {
@@ -35,21 +51,27 @@ impl Log {
             .lossy(true)
             .buffered_lines_limit(LINES)
             .finish(io::stderr());
-        let builder = tracing_subscriber::fmt()
-            .with_max_level(level(general.log_level))
+        let (filter, level) = reload::Layer::new(level_filter(general.log_level));
+        let layer = tracing_subscriber::fmt::layer()
             .with_target(false)
             .with_ansi(io::stderr().is_terminal())
             // Its only words would go where the log itself cannot go.
             .log_internal_errors(false)
             .with_writer(writer);
         let format = resolved(general.log_format);
+        let registry = tracing_subscriber::registry().with(filter);
         match format {
-            LogFormat::Auto | LogFormat::Text => builder.init(),
-            LogFormat::Json => builder.json().init(),
-            LogFormat::Journal => builder.event_format(JournalFormat).init(),
-            LogFormat::Plain => builder.without_time().init(),
+            LogFormat::Auto | LogFormat::Text => registry.with(layer).init(),
+            LogFormat::Json => registry.with(layer.json()).init(),
+            LogFormat::Journal => registry.with(layer.event_format(JournalFormat)).init(),
+            LogFormat::Plain => registry.with(layer.without_time()).init(),
         }
-        Self { format, _writer: guard }
+        Self { format, level: Level(level), _writer: guard }
+    }
+
+    /// What changes the level while the program runs.
+    pub(crate) fn level(&self) -> Level {
+        self.level.clone()
     }
 
     /// Whether programs read it: then the reason why the program ends is one more event.
@@ -58,7 +80,7 @@ impl Log {
     }
 }
 
-fn level(level: LogLevel) -> LevelFilter {
+fn level_filter(level: LogLevel) -> LevelFilter {
     match level {
         LogLevel::Error => LevelFilter::ERROR,
         LogLevel::Warn => LevelFilter::WARN,
@@ -106,11 +128,11 @@ where
 }
 
 /// What syslog(3) calls a level.
-fn priority(level: Level) -> u8 {
+fn priority(level: tracing::Level) -> u8 {
     match level {
-        Level::ERROR => 3,
-        Level::WARN => 4,
-        Level::INFO => 6,
+        tracing::Level::ERROR => 3,
+        tracing::Level::WARN => 4,
+        tracing::Level::INFO => 6,
         _ => 7,
     }
 }

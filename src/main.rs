@@ -8,22 +8,23 @@ use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{self, Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::{CommandFactory, Parser};
 use clap_complete::Shell;
-use mavswitch::check::{check, explain};
+use mavswitch::check::{check, explain, wrong};
 use mavswitch::cli::{
     Cli, Command, NOTHING_FOR_ROUTERD, NOTHING_TO_JOIN, RouterdCli, config_files,
 };
 use mavswitch::config::{
-    CONFIG_DIR, Config, ConfigError, ConfigProblem, ROUTERD_DIR, RouterdArguments, RouterdFiles,
+    CONFIG_DIR, Config, ConfigError, LogLevel, ROUTERD_DIR, RouterdArguments, RouterdFiles,
     import_routerd, load_config, load_dialect, write_rows,
 };
-use mavswitch::daemon::{DaemonConfig, run};
+use mavswitch::daemon::{DaemonConfig, Host, run};
 use mavswitch::link::list_ports;
 use mavswitch::mavlink::Dialect;
 
-use crate::log::Log;
+use crate::log::{Level, Log};
 
 /// The exit status for a command line or a configuration that cannot be used; clap has the same.
 /// To start again would not help, and a service manager can tell by it.
@@ -31,8 +32,7 @@ const USAGE: u8 = 2;
 
 fn main() -> ExitCode {
     if env::args_os().next().is_some_and(|name| RouterdCli::is_called(&name)) {
-        let imported = RouterdCli::parse().import();
-        return start(imported.map(|it| (it.config, it.notes)), NOTHING_FOR_ROUTERD);
+        return start(Called::Routerd(Box::new(RouterdCli::parse())));
     }
     let cli = Cli::parse();
     finish(match &cli.command {
@@ -42,21 +42,46 @@ fn main() -> ExitCode {
         Some(Command::Import { from }) => import(from.as_deref()),
         Some(Command::Config(_)) => print_config(&cli),
         Some(Command::Completions { shell }) => print_completions(*shell),
-        None => return start(cli.config().map(|config| (config, Vec::new())), NOTHING_TO_JOIN),
+        None => return start(Called::Mavswitch(Box::new(cli))),
     })
 }
 
+/// By which name the program was called, and so what its command line is.
+enum Called {
+    Mavswitch(Box<Cli>),
+    Routerd(Box<RouterdCli>),
+}
+
+impl Called {
+    /// What is configured, and what is to be said of it although it can be used.
+    fn config(&self) -> Result<(Config, Vec<String>), ConfigError> {
+        match self {
+            Self::Mavswitch(cli) => Ok((cli.config()?, Vec::new())),
+            Self::Routerd(cli) => {
+                let imported = cli.import()?;
+                let notes = imported.notes.iter().map(ToString::to_string);
+                Ok((imported.config, notes.collect()))
+            }
+        }
+    }
+
+    /// What to type, for who typed nothing.
+    fn nothing_to_join(&self) -> &'static str {
+        match self {
+            Self::Mavswitch(_) => NOTHING_TO_JOIN,
+            Self::Routerd(_) => NOTHING_FOR_ROUTERD,
+        }
+    }
+}
+
 /// Routes, if there is a configuration that can be used.
-fn start(
-    configured: Result<(Config, Vec<ConfigProblem>), ConfigError>,
-    nothing_to_join: &str,
-) -> ExitCode {
-    match configured {
+fn start(called: Called) -> ExitCode {
+    match called.config() {
         Ok((config, _)) if config.endpoints.is_empty() => {
-            let _ = writeln!(io::stderr(), "{nothing_to_join}");
+            let _ = writeln!(io::stderr(), "{}", called.nothing_to_join());
             ExitCode::from(USAGE)
         }
-        Ok((config, notes)) => route(config, &notes),
+        Ok((config, notes)) => route(called, config, &notes),
         Err(error) => {
             complain(&error);
             ExitCode::from(USAGE)
@@ -82,10 +107,9 @@ fn complain(error: &dyn Display) {
     }
 }
 
-/// Routes; tells the notes on the configuration first.
-fn route(config: Config, notes: &[ConfigProblem]) -> ExitCode {
+fn route(called: Called, config: Config, notes: &[String]) -> ExitCode {
     let log = Log::start(&config.general);
-    match join(config, notes) {
+    match join(config, notes, Arc::new(Program { called, log_level: log.level() })) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             if log.is_for_programs() {
@@ -101,18 +125,56 @@ fn route(config: Config, notes: &[ConfigProblem]) -> ExitCode {
 }
 
 /// Joins the endpoints until a signal ends it.
-fn join(config: Config, notes: &[ConfigProblem]) -> Result<(), Box<dyn Error>> {
+fn join(config: Config, notes: &[String], program: Arc<Program>) -> Result<(), Box<dyn Error>> {
+    let config = for_daemon(config)?;
+    tracing::info!("mavswitch {} starting", env!("CARGO_PKG_VERSION"));
+    warn_of(notes);
+    Ok(run(config, program)?)
+}
+
+/// Tells what is to be said of a configuration that can be used.
+fn warn_of(notes: &[String]) {
+    for note in notes {
+        tracing::warn!("{note}");
+    }
+}
+
+/// Reads the definition files too.
+fn for_daemon(config: Config) -> Result<DaemonConfig, Box<dyn Error>> {
     let mut dialect = Dialect::builtin();
     for file in &config.general.dialect {
         dialect.add(load_dialect(file)?)?;
     }
-    let router = config.general.router;
     let endpoints = config.endpoints.into_iter().map(|endpoint| endpoint.config).collect();
-    tracing::info!("mavswitch {} starting", env!("CARGO_PKG_VERSION"));
-    for note in notes {
-        tracing::warn!("{note}");
+    Ok(DaemonConfig { general: config.general, endpoints, dialect })
+}
+
+/// What the daemon asks for while it runs.
+struct Program {
+    /// The command line counts as at the start.
+    called: Called,
+    log_level: Level,
+}
+
+impl Host for Program {
+    fn load(&self) -> Result<DaemonConfig, Vec<String>> {
+        let lines = |error: &dyn Display| error.to_string().lines().map(str::to_owned).collect();
+        let read = self.called.config().map_err(|error| -> Vec<String> { lines(&error) })?;
+        let (config, notes) = read;
+        if config.endpoints.is_empty() {
+            return Err(vec!["nothing to join: no endpoint is configured any more".to_owned()]);
+        }
+        let wrong: Vec<String> = wrong(&config).iter().map(ToString::to_string).collect();
+        if !wrong.is_empty() {
+            return Err(wrong);
+        }
+        warn_of(&notes);
+        for_daemon(config).map_err(|error| lines(&error))
     }
-    Ok(run(DaemonConfig { endpoints, router, dialect })?)
+
+    fn set_log_level(&self, level: LogLevel) {
+        self.log_level.set(level);
+    }
 }
 
 /// Tells what a configuration means on standard output, and what is to be said of it on standard

@@ -5,7 +5,7 @@
 
 use clap::CommandFactory;
 use mavswitch::cli::Cli;
-use mavswitch::config::{AddressKind, EndpointConfig, OPTIONS, OptionSpec};
+use mavswitch::config::{AddressKind, EndpointConfig, GENERAL, OPTIONS, OnChange, OptionSpec};
 use mavswitch::link::{BATCH, Backoff};
 use mavswitch::mavlink::{MAX_DEFINITIONS, MAX_FRAME, MAX_MESSAGES, Splitter};
 use mavswitch::routing::{
@@ -141,6 +141,20 @@ fn the_bounds_are_those_of_the_program() {
     assert_eq!(bounds("message definitions"), [MAX_DEFINITIONS]);
     let told = README.contains(&format!("after {} ms, doubling up to 2,000 ms", delays[0]));
     assert!(told && delays[8] == 2_000, "{delays:?}");
+}
+
+#[test]
+fn what_needs_an_endpoint_opened_again_is_told() {
+    let names = |specs: Vec<&str>| -> String {
+        let (last, others) = specs.split_last().unwrap();
+        format!("`{}` and `{last}`", others.join("`, `"))
+    };
+    let reopen = OPTIONS.iter().filter(|spec| spec.on_change == OnChange::Reopen);
+    let reopen = names(reopen.map(|spec| spec.name).collect());
+    assert!(README.contains(&format!("{reopen} need it closed")), "{reopen}");
+    let fixed = GENERAL.iter().filter(|spec| !spec.is_reloaded).map(|spec| spec.name);
+    assert_eq!(fixed.collect::<Vec<_>>(), ["log_format"]);
+    assert!(README.contains("All general keys take effect, but for `log_format`"));
 }
 
 #[test]

@@ -66,5 +66,13 @@ pub fn check(config: &Config) -> Vec<Finding> {
     findings
 }
 
+/// What keeps the program from using a configuration; looks at no device and asks for no names.
+pub fn wrong(config: &Config) -> Vec<Finding> {
+    let mut findings = messages::check(config);
+    findings.retain(|finding| finding.is_wrong);
+    findings.sort_by(|a, b| a.place.cmp(&b.place));
+    findings
+}
+
 #[cfg(test)]
 mod tests;

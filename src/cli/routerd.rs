@@ -8,6 +8,7 @@ use std::ffi::OsStr;
 use std::io::ErrorKind;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use clap::{ArgAction, Parser};
 
@@ -77,13 +78,22 @@ pub struct RouterdCli {
     /// Log to the system's log: systemd puts it there in any case
     #[arg(short = 'y', long, action = ArgAction::Count)]
     pub syslog: u8,
+
+    /// Whether another program had the port of the TCP server at the start: found out once, since
+    /// later it may be this one that has it.
+    #[arg(skip)]
+    default_port_is_taken: OnceLock<bool>,
 }
+
+/// The port of the TCP server if nobody asked for another.
+const TCP_PORT: u16 = 5760;
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (mavswitch)");
 
 const AFTER: &str = "\
 Environment: MAVLINK_ROUTERD_CONF_FILE and MAVLINK_ROUTERD_CONF_DIR stand for -c and -d.
-Exit status: 0 after SIGINT, SIGTERM or SIGHUP, 1 if it cannot start, 2 for a wrong command line or a
+SIGHUP has the files read anew.
+Exit status: 0 after SIGINT or SIGTERM, 1 if it cannot start, 2 for a wrong command line or a
 wrong configuration file.";
 
 impl RouterdCli {
@@ -105,12 +115,10 @@ impl RouterdCli {
         let dir = self.conf_dir.clone().or_else(|| named("MAVLINK_ROUTERD_CONF_DIR"));
         let files = RouterdFiles::find(file.as_deref(), dir.as_deref())?;
         let mut imported = import_routerd(&files, &self.arguments())?;
-        if let Some(server) = imported.tcp_server.filter(|server| !server.is_written)
-            && is_taken(server.port)
-        {
-            let port = server.port;
+        let is_taken = *self.default_port_is_taken.get_or_init(|| is_taken(TCP_PORT));
+        if is_taken && imported.tcp_server.is_some_and(|server| !server.is_written) {
             imported.leave_out_tcp_server(&format!(
-                "another program listens on TCP port {port}: going on without the TCP server \
+                "another program listens on TCP port {TCP_PORT}: going on without the TCP server \
                  (choose a port with -t, or turn it off with -t 0)"
             ));
         }
@@ -199,6 +207,16 @@ mod tests {
         let cli =
             parse(&["--conf-f", "a", "--conf-d", "b", "--telemetry-log", "--log", "c", "-r", "-r"]);
         assert_eq!((cli.conf_file, cli.conf_dir), (Some("a".into()), Some("b".into())));
+    }
+
+    #[test]
+    fn its_own_tcp_server_does_not_stop_it_when_the_files_are_read_again() {
+        let cli = parse(&["-c", "/nonexistent/main.conf", "-d", "/nonexistent/config.d"]);
+        let server = || cli.import().unwrap().tcp_server;
+        let first = server();
+        // Now the port is taken for sure, by this test or by another program.
+        let _own = listen((Ipv4Addr::UNSPECIFIED, TCP_PORT).into(), None);
+        assert_eq!(server(), first);
     }
 
     #[test]

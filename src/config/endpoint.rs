@@ -8,7 +8,7 @@ use super::device::DEFAULT_BAUD;
 use super::error::{AddressError, AddressProblem};
 use super::host_port::Host;
 use super::option_spec::OptionSpec;
-use super::option_table::{self, OPTIONS};
+use super::option_table::OPTIONS;
 use super::options::EndpointOptions;
 use super::query;
 
@@ -55,7 +55,7 @@ pub(super) fn read_query(
 ) -> Result<Vec<(&'static OptionSpec, String)>, AddressProblem> {
     let mut written: Vec<(&OptionSpec, String)> = Vec::new();
     for (name, value) in query::pairs(query) {
-        let spec = option_table::find(name, kind)?;
+        let spec = OptionSpec::find(name, kind)?;
         if written.iter().any(|(other, _)| other.name == spec.name) {
             return Err(AddressProblem::DuplicateOption(spec.name));
         }

@@ -67,6 +67,8 @@ pub struct GeneralSpec {
     pub help: &'static str,
     /// The value that holds where nothing is written, in TOML, if there is one.
     pub default: Option<&'static str>,
+    /// Whether another value holds from the next reload on; if not, from the next start on.
+    pub is_reloaded: bool,
     /// Reads a value; `None` if it is not right.
     pub(super) set: fn(&mut General, &[String]) -> Option<()>,
     /// The words of the value, or none if there is no value.
@@ -81,6 +83,7 @@ pub const GENERAL: &[GeneralSpec] = &[
         expects: "all or heartbeat",
         help: "learn routes from every frame, or from HEARTBEAT only",
         default: Some("\"all\""),
+        is_reloaded: true,
         set: |to, words| put(&mut to.router.learn, words.first().and_then(|word| learn(word))),
         show: |general| vec![show_learn(general.router.learn).to_owned()],
     },
@@ -90,6 +93,7 @@ pub const GENERAL: &[GeneralSpec] = &[
         expects: "true or false",
         help: "send nothing to components that were never heard, not even to their system's links",
         default: Some("false"),
+        is_reloaded: true,
         set: |to, words| put(&mut to.router.strict, words.first().and_then(|it| value::flag(it))),
         show: |general| vec![general.router.strict.to_string()],
     },
@@ -99,6 +103,7 @@ pub const GENERAL: &[GeneralSpec] = &[
         expects: "a number of seconds, or 0 for never",
         help: "forget a route that was silent for so many seconds; 0: never",
         default: Some("300"),
+        is_reloaded: true,
         set: |to, words| {
             let age = words.first().and_then(|word| seconds(word));
             put(&mut to.router.route_age, age.map(|age| (!age.is_zero()).then_some(age)))
@@ -114,6 +119,7 @@ pub const GENERAL: &[GeneralSpec] = &[
         expects: "a system id of 1 to 255",
         help: "send everything to the links on which this system id is heard, whoever it is for",
         default: None,
+        is_reloaded: true,
         set: |to, words| {
             let system = words.first().and_then(|word| value::number(word, 1..=255));
             put(&mut to.router.sniffer, system.map(Some))
@@ -126,6 +132,7 @@ pub const GENERAL: &[GeneralSpec] = &[
         expects: "an array of file names",
         help: "know the messages of these XML definition files too; relative to this file",
         default: None,
+        is_reloaded: true,
         set: |to, words| put(&mut to.dialect, Some(words.iter().map(PathBuf::from).collect())),
         show: |general| general.dialect.iter().map(|it| it.display().to_string()).collect(),
     },
@@ -135,6 +142,7 @@ pub const GENERAL: &[GeneralSpec] = &[
         expects: "auto, text, json, journal or plain",
         help: "how log lines look: auto, text, json, journal or plain; auto: journal under systemd, else text",
         default: Some("\"auto\""),
+        is_reloaded: false,
         set: |to, words| put(&mut to.log_format, words.first().and_then(|word| choice(word))),
         show: |general| show_choice(&general.log_format),
     },
@@ -144,6 +152,7 @@ pub const GENERAL: &[GeneralSpec] = &[
         expects: "error, warn, info, debug or trace",
         help: "what to log: error, warn, info, debug or trace",
         default: Some("\"info\""),
+        is_reloaded: true,
         set: |to, words| put(&mut to.log_level, words.first().and_then(|word| choice(word))),
         show: |general| show_choice(&general.log_level),
     },

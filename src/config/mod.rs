@@ -12,6 +12,7 @@ mod address;
 mod device;
 mod dialect_files;
 mod dialect_rows;
+mod difference;
 mod endpoint;
 mod error;
 mod file;
@@ -35,6 +36,7 @@ pub use address::{Address, AddressKind};
 pub use device::Device;
 pub use dialect_files::{DialectFileError, load_dialect};
 pub use dialect_rows::write_rows;
+pub use difference::Difference;
 pub use endpoint::{EndpointConfig, fuzz_endpoint};
 pub use error::{AddressError, AddressProblem};
 pub use file::{CONFIG_DIR, default_files, fuzz_config, load_config, parse_config};
@@ -45,7 +47,7 @@ pub use import::{
     RouterdFiles, SectionKind, TcpServer, fuzz_import, import_routerd,
 };
 pub use merge::{Config, Endpoint};
-pub use option_spec::OptionSpec;
+pub use option_spec::{OnChange, OptionSpec};
 pub use option_table::OPTIONS;
 pub use options::{EndpointOptions, FilterOptions, FlowControl, MessageRef, PathChoice};
 pub use place::{ConfigError, ConfigProblem, Place};

@@ -3,9 +3,19 @@
 use super::address::AddressKind;
 use super::endpoint::EndpointConfig;
 use super::error::{AddressProblem, printable};
+use super::option_table::OPTIONS;
 use super::options::EndpointOptions;
 use super::shape::Shape;
 use super::suggest;
+
+/// What an endpoint that is open needs in order to have another value of an option.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum OnChange {
+    /// Nothing: the value changes under its links, and no frame is lost.
+    InPlace,
+    /// To be closed and opened again.
+    Reopen,
+}
 
 /// One option.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +36,8 @@ pub struct OptionSpec {
     pub applies_to: &'static [AddressKind],
     /// The option without which this one has no meaning.
     pub needs: Option<&'static str>,
+    /// What an endpoint that is open needs in order to have another value.
+    pub on_change: OnChange,
     /// Reads a value; `None` if it is not right.
     pub(super) set: fn(&mut EndpointConfig, &str) -> Option<()>,
     /// The value as text, if there is one.
@@ -33,6 +45,20 @@ pub struct OptionSpec {
 }
 
 impl OptionSpec {
+    /// The option called `name`; for any other, one that `kind` takes is suggested.
+    pub(super) fn find(name: &str, kind: AddressKind) -> Result<&'static Self, AddressProblem> {
+        if let Some(spec) = OPTIONS.iter().find(|spec| spec.name == name) {
+            return Ok(spec);
+        }
+        let taken = || OPTIONS.iter().filter(|spec| spec.is_for(kind));
+        let known = || taken().map(|spec| spec.name);
+        let hint = match suggest::nearest(name, known()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("{} takes {}", kind.scheme(), suggest::list(known(), "and")),
+        };
+        Err(AddressProblem::UnknownOption(name.to_owned(), hint))
+    }
+
     /// Gives the option of `endpoint` this value.
     ///
     /// # Errors

@@ -5,11 +5,10 @@ use super::address::AddressKind::{
     self, Multicast, Serial, TcpIn, TcpOut, UdpBroadcast, UdpIn, UdpOut,
 };
 use super::device;
-use super::error::AddressProblem;
 use super::host_port;
+use super::option_spec::OnChange::{InPlace, Reopen};
 use super::option_spec::OptionSpec;
 use super::shape::Shape;
-use super::suggest;
 use super::value::{self, QUEUE_TIME, TIMEOUT, WINDOW};
 
 const ANY: &[AddressKind] = AddressKind::ALL;
@@ -29,6 +28,7 @@ macro_rules! message_filter {
             default: None,
             applies_to: ANY,
             needs: None,
+            on_change: InPlace,
             set: |to, text| put(&mut to.options.$direction.$list, value::messages(text)),
             show: |options| value::show_list(&options.$direction.$list),
         }
@@ -47,8 +47,28 @@ macro_rules! id_filter {
             default: None,
             applies_to: ANY,
             needs: None,
+            on_change: InPlace,
             set: |to, text| put(&mut to.options.$direction.$list, value::ids(text)),
             show: |options| value::show_list(&options.$direction.$list),
+        }
+    };
+}
+
+/// A row for an option that is there or not.
+macro_rules! flag {
+    ($name:literal, $default:literal, $help:literal, $kinds:expr, $field:ident) => {
+        OptionSpec {
+            name: $name,
+            value: "true|false",
+            shape: Shape::Flag,
+            expects: "true or false",
+            help: $help,
+            default: Some($default),
+            applies_to: $kinds,
+            needs: None,
+            on_change: InPlace,
+            set: |to, text| put(&mut to.options.$field, value::flag(text)),
+            show: |options| Some(options.$field.to_string()),
         }
     };
 }
@@ -64,6 +84,7 @@ pub const OPTIONS: &[OptionSpec] = &[
         default: None,
         applies_to: ANY,
         needs: None,
+        on_change: InPlace,
         set: |to, text| put(&mut to.options.name, value::name(text).map(Some)),
         show: |options| options.name.clone(),
     },
@@ -76,6 +97,7 @@ pub const OPTIONS: &[OptionSpec] = &[
         default: None,
         applies_to: SENDERS,
         needs: None,
+        on_change: Reopen,
         set: |to, text| put(&mut to.options.bind, host_port::parse_local(text).map(Some)),
         show: |options| options.bind.as_ref().map(ToString::to_string),
     },
@@ -88,6 +110,7 @@ pub const OPTIONS: &[OptionSpec] = &[
         default: None,
         applies_to: NETWORK,
         needs: None,
+        on_change: Reopen,
         set: |to, text| put(&mut to.options.dev, value::interface(text).map(Some)),
         show: |options| options.dev.clone(),
     },
@@ -100,6 +123,7 @@ pub const OPTIONS: &[OptionSpec] = &[
         default: None,
         applies_to: &[Serial],
         needs: None,
+        on_change: InPlace,
         set: |to, text| match &mut to.address {
             Address::Serial { bauds, .. } if bauds.is_empty() => {
                 put(bauds, device::parse_bauds(text).ok())
@@ -118,6 +142,7 @@ pub const OPTIONS: &[OptionSpec] = &[
         default: Some("none"),
         applies_to: &[Serial],
         needs: None,
+        on_change: Reopen,
         set: |to, text| put(&mut to.options.flow, value::flow(text)),
         show: |options| Some(options.flow.to_string()),
     },
@@ -130,6 +155,7 @@ pub const OPTIONS: &[OptionSpec] = &[
         default: None,
         applies_to: ANY,
         needs: None,
+        on_change: InPlace,
         set: |to, text| {
             let rate = value::number(text, 10..=1_000_000_000);
             put(&mut to.options.bandwidth, rate.map(Some))
@@ -145,6 +171,7 @@ pub const OPTIONS: &[OptionSpec] = &[
         default: Some("250ms"),
         applies_to: ANY,
         needs: None,
+        on_change: InPlace,
         set: |to, text| put(&mut to.options.queue_time, value::seconds(text, QUEUE_TIME)),
         show: |options| Some(value::show_time(options.queue_time)),
     },
@@ -157,6 +184,7 @@ pub const OPTIONS: &[OptionSpec] = &[
         default: None,
         applies_to: ANY,
         needs: None,
+        on_change: InPlace,
         set: |to, text| put(&mut to.options.rate, value::rates(text)),
         show: |options| value::show_rates(&options.rate),
     },
@@ -169,6 +197,7 @@ pub const OPTIONS: &[OptionSpec] = &[
         default: Some("64"),
         applies_to: &[UdpIn, TcpIn],
         needs: None,
+        on_change: InPlace,
         set: |to, text| put(&mut to.options.max_peers, value::number(text, 1..=1000)),
         show: |options| Some(options.max_peers.to_string()),
     },
@@ -181,6 +210,7 @@ pub const OPTIONS: &[OptionSpec] = &[
         default: Some("60s"),
         applies_to: &[UdpIn],
         needs: None,
+        on_change: InPlace,
         set: |to, text| put(&mut to.options.peer_timeout, value::seconds(text, TIMEOUT)),
         show: |options| Some(value::show_time(options.peer_timeout)),
     },
@@ -193,6 +223,7 @@ pub const OPTIONS: &[OptionSpec] = &[
         default: Some("30s"),
         applies_to: &[TcpIn, TcpOut],
         needs: None,
+        on_change: InPlace,
         set: |to, text| put(&mut to.options.stall_timeout, value::seconds(text, TIMEOUT)),
         show: |options| Some(value::show_time(options.stall_timeout)),
     },
@@ -205,33 +236,18 @@ pub const OPTIONS: &[OptionSpec] = &[
         default: Some("2s"),
         applies_to: &[TcpOut],
         needs: None,
+        on_change: InPlace,
         set: |to, text| put(&mut to.options.retry, value::seconds_or_zero(text, TIMEOUT)),
         show: |options| Some(value::show_time(options.retry)),
     },
-    OptionSpec {
-        name: "sticky",
-        value: "true|false",
-        shape: Shape::Flag,
-        expects: "true or false",
-        help: "send to whoever answers alone, until it is silent",
-        default: Some("true"),
-        applies_to: &[UdpBroadcast, Multicast],
-        needs: None,
-        set: |to, text| put(&mut to.options.sticky, value::flag(text)),
-        show: |options| Some(options.sticky.to_string()),
-    },
-    OptionSpec {
-        name: "pack",
-        value: "true|false",
-        shape: Shape::Flag,
-        expects: "true or false",
-        help: "put frames that leave together into one datagram",
-        default: Some("false"),
-        applies_to: UDP,
-        needs: None,
-        set: |to, text| put(&mut to.options.pack, value::flag(text)),
-        show: |options| Some(options.pack.to_string()),
-    },
+    flag!(
+        "sticky",
+        "true",
+        "send to whoever answers alone, until it is silent",
+        &[UdpBroadcast, Multicast],
+        sticky
+    ),
+    flag!("pack", "false", "put frames that leave together into one datagram", UDP, pack),
     OptionSpec {
         name: "mtu",
         value: "BYTES",
@@ -241,6 +257,7 @@ pub const OPTIONS: &[OptionSpec] = &[
         default: Some("1400"),
         applies_to: UDP,
         needs: None,
+        on_change: InPlace,
         set: |to, text| put(&mut to.options.mtu, value::number(text, 280..=65507)),
         show: |options| Some(options.mtu.to_string()),
     },
@@ -253,6 +270,7 @@ pub const OPTIONS: &[OptionSpec] = &[
         default: Some("1"),
         applies_to: &[Multicast],
         needs: None,
+        on_change: Reopen,
         set: |to, text| put(&mut to.options.ttl, value::number(text, 0..=255)),
         show: |options| Some(options.ttl.to_string()),
     },
@@ -293,30 +311,14 @@ pub const OPTIONS: &[OptionSpec] = &[
         filter_out,
         block_components
     ),
-    OptionSpec {
-        name: "sniffer",
-        value: "true|false",
-        shape: Shape::Flag,
-        expects: "true or false",
-        help: "send everything here, whoever it is for",
-        default: Some("false"),
-        applies_to: ANY,
-        needs: None,
-        set: |to, text| put(&mut to.options.sniffer, value::flag(text)),
-        show: |options| Some(options.sniffer.to_string()),
-    },
-    OptionSpec {
-        name: "forward_setup_signing",
-        value: "true|false",
-        shape: Shape::Flag,
-        expects: "true or false",
-        help: "let SETUP_SIGNING, which carries a secret key, pass to others that allow it too",
-        default: Some("false"),
-        applies_to: ANY,
-        needs: None,
-        set: |to, text| put(&mut to.options.forward_setup_signing, value::flag(text)),
-        show: |options| Some(options.forward_setup_signing.to_string()),
-    },
+    flag!("sniffer", "false", "send everything here, whoever it is for", ANY, sniffer),
+    flag!(
+        "forward_setup_signing",
+        "false",
+        "let SETUP_SIGNING, which carries a secret key, pass to others that allow it too",
+        ANY,
+        forward_setup_signing
+    ),
     OptionSpec {
         name: "group",
         value: "NAME",
@@ -326,6 +328,7 @@ pub const OPTIONS: &[OptionSpec] = &[
         default: None,
         applies_to: ANY,
         needs: None,
+        on_change: InPlace,
         set: |to, text| put(&mut to.options.group, value::name(text).map(Some)),
         show: |options| options.group.clone(),
     },
@@ -338,6 +341,7 @@ pub const OPTIONS: &[OptionSpec] = &[
         default: Some("all"),
         applies_to: ANY,
         needs: Some("group"),
+        on_change: InPlace,
         set: |to, text| put(&mut to.options.path, value::path(text)),
         show: |options| Some(options.path.to_string()),
     },
@@ -350,6 +354,7 @@ pub const OPTIONS: &[OptionSpec] = &[
         default: Some("0"),
         applies_to: ANY,
         needs: Some("group"),
+        on_change: InPlace,
         set: |to, text| put(&mut to.options.prefer, value::number(text, 0..=255)),
         show: |options| Some(options.prefer.to_string()),
     },
@@ -362,24 +367,11 @@ pub const OPTIONS: &[OptionSpec] = &[
         default: None,
         applies_to: ANY,
         needs: None,
+        on_change: InPlace,
         set: |to, text| put(&mut to.options.dedup, value::millis(text, WINDOW).map(Some)),
         show: |options| options.dedup.map(value::show_time),
     },
 ];
-
-/// The option called `name`; for any other, one that `kind` takes is suggested.
-pub(super) fn find(name: &str, kind: AddressKind) -> Result<&'static OptionSpec, AddressProblem> {
-    if let Some(spec) = OPTIONS.iter().find(|spec| spec.name == name) {
-        return Ok(spec);
-    }
-    let taken = || OPTIONS.iter().filter(|spec| spec.is_for(kind));
-    let known = || taken().map(|spec| spec.name);
-    let hint = match suggest::nearest(name, known()) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None => format!("{} takes {}", kind.scheme(), suggest::list(known(), "and")),
-    };
-    Err(AddressProblem::UnknownOption(name.to_owned(), hint))
-}
 
 /// Stores a value that could be read.
 fn put<T>(field: &mut T, value: Option<T>) -> Option<()> {

@@ -7,11 +7,12 @@ use std::time::Duration;
 
 use mio::net::{TcpListener, TcpStream, UdpSocket};
 
-use crate::config::{EndpointConfig, EndpointOptions};
+use crate::config::{Address, EndpointConfig, EndpointOptions};
 use crate::link::Backoff;
 use crate::routing::{FilterLists, LinkId, Membership, RateCap, Time};
 
 use super::log_limit::LogLimit;
+use super::settings::Settings;
 
 /// What the user configured, and what came of it.
 #[derive(Debug)]
@@ -27,6 +28,7 @@ pub(super) struct Endpoint {
     pub(super) filter_in: FilterLists,
     pub(super) filter_out: FilterLists,
     pub(super) caps: Vec<RateCap>,
+    /// Its place in its group, once it is in the table.
     pub(super) membership: Option<Membership>,
     /// Which of several baud rates is in use, and whether frames were heard at it.
     pub(super) baud: usize,
@@ -108,8 +110,8 @@ pub(super) struct Peers {
     pub(super) links: HashMap<SocketAddr, LinkId>,
     /// The one that was looked up last: mostly it is the next one too.
     last: Option<(SocketAddr, LinkId)>,
-    /// Whether [`super::timers::Timer::Peers`] is set.
-    pub(super) timer_is_set: bool,
+    /// When [`super::timers::Timer::Peers`] has something to do.
+    pub(super) deadline: Option<Time>,
 }
 
 impl Peers {
@@ -181,16 +183,17 @@ impl DatagramPort {
 }
 
 impl Endpoint {
-    pub(super) fn new(config: EndpointConfig, now: Time) -> Self {
+    pub(super) fn new(settings: Settings, now: Time) -> Self {
+        let Settings { config, filter_in, filter_out, caps } = settings;
         Self {
             name: config.name(),
             backoff: Backoff::up_to(config.options.retry),
             config,
             state: State::Waiting,
             deadline: None,
-            filter_in: FilterLists::default(),
-            filter_out: FilterLists::default(),
-            caps: Vec::new(),
+            filter_in,
+            filter_out,
+            caps,
             membership: None,
             baud: 0,
             baud_is_proven: false,
@@ -204,6 +207,23 @@ impl Endpoint {
             told: None,
             unsendable: None,
         }
+    }
+
+    /// Takes other settings; says whether they are others at all.
+    pub(super) fn set(&mut self, settings: Settings) -> bool {
+        let Settings { config, filter_in, filter_out, caps } = settings;
+        let is_same = (&self.config, &self.filter_in, &self.filter_out, &self.caps)
+            == (&config, &filter_in, &filter_out, &caps);
+        self.name = config.name();
+        self.config = config;
+        (self.filter_in, self.filter_out, self.caps) = (filter_in, filter_out, caps);
+        !is_same
+    }
+
+    /// The baud rate that a serial port has or would be opened at.
+    pub(super) fn baud_in_use(&self) -> Option<u32> {
+        let Address::Serial { bauds, .. } = &self.config.address else { return None };
+        bauds.get(self.baud).copied()
     }
 
     pub(super) fn options(&self) -> &EndpointOptions {

@@ -30,6 +30,9 @@ pub enum StartError {
     /// There are more groups than can be told apart.
     #[error("there are more than 256 groups")]
     TooManyGroups,
+    /// There are more endpoints than anybody has links for.
+    #[error("there are more than 4096 endpoints")]
+    TooManyEndpoints,
     /// The system refused what the loop needs.
     #[error("cannot set up the event loop: {0}")]
     System(io::Error),

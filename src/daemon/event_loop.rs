@@ -9,26 +9,28 @@ use mio::{Events, Poll, Registry, Token, Waker};
 use tracing::info;
 
 use super::endpoint::State;
+use super::endpoint_table::EndpointId;
 use super::error::StartError;
 use super::links::Output;
 use super::log_limit::LogLimit;
 use super::notify::Notifier;
+use super::reload::{Host, Reloader};
 use super::settings::settle;
 use super::signals::Signals;
-use super::timers::{Timer, Timers};
+use super::timers::Timers;
 use super::transmit::Io;
-use crate::config::EndpointConfig;
-use crate::link::{Inbox, Opener, Resolver, Stream};
+use crate::config::{EndpointConfig, General};
+use crate::link::{Inbox, Opener, Resolver};
 use crate::mavlink::{Checker, Dialect};
-use crate::routing::{LinkId, LinkSet, Router, RouterOptions, Time};
+use crate::routing::{LinkId, LinkSet, Router, Time};
 
 /// What the daemon is to do.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct DaemonConfig {
+    /// What is configured for the program as a whole. Its definition files have been read already.
+    pub general: General,
     /// What to join.
     pub endpoints: Vec<EndpointConfig>,
-    /// How to route.
-    pub router: RouterOptions,
     /// The messages to know.
     pub dialect: Dialect,
 }
@@ -37,8 +39,12 @@ pub struct DaemonConfig {
 pub(super) struct Daemon {
     pub(super) poll: Poll,
     pub(super) signals: Signals,
-    pub(super) resolver: Resolver,
-    pub(super) opener: Opener,
+    pub(super) resolver: Resolver<EndpointId>,
+    pub(super) opener: Opener<EndpointId>,
+    pub(super) reloader: Reloader,
+    /// What is configured now, and what was at the start: some of it cannot change.
+    pub(super) general: General,
+    pub(super) started_with: General,
     start: Instant,
     /// The time of this turn: the clock is read once a turn.
     pub(super) now: Time,
@@ -47,16 +53,12 @@ pub(super) struct Daemon {
     pub(super) inbox: Inbox,
     pub(super) io: Io,
     pub(super) timers: Timers,
-    /// When [`Timer::Router`] was last set for.
-    router_deadline: Option<Time>,
+    /// When [`super::timers::Timer::Router`] was last set for.
+    pub(super) router_deadline: Option<Time>,
     /// Sources that may have more to read than a turn allows.
     pub(super) ready: Vec<Ready>,
     /// Links that stopped in the middle of a frame.
     pub(super) unfinished: LinkSet,
-    /// Links whose [`Timer::Pace`] is set.
-    pub(super) pace_timers: LinkSet,
-    /// Links whose [`Timer::Stall`] is set.
-    pub(super) stall_timers: LinkSet,
     /// Where a datagram of somebody unknown stands while it is looked at.
     pub(super) stranger: Vec<u8>,
     pub(super) component_log: LogLimit,
@@ -69,14 +71,15 @@ pub(super) struct Daemon {
 pub(super) enum Ready {
     Link(LinkId),
     /// A UDP socket or a listener.
-    Endpoint(usize),
+    Endpoint(EndpointId),
 }
 
 /// What a token of the poll means.
 pub(super) enum Meaning {
     Signal,
     Wake,
-    Endpoint(usize),
+    /// Whoever has this place in the table.
+    Endpoint(u16),
     Link(LinkId),
 }
 
@@ -94,7 +97,7 @@ impl Meaning {
         match self {
             Self::Signal => SIGNAL,
             Self::Wake => WAKE,
-            Self::Endpoint(index) => Token(2 + index * 2),
+            Self::Endpoint(slot) => Token(2 + usize::from(*slot) * 2),
             Self::Link(link) => Token(3 + link.index() * 2),
         }
     }
@@ -103,20 +106,23 @@ impl Meaning {
         Some(match token {
             SIGNAL => Self::Signal,
             WAKE => Self::Wake,
-            Token(number) if number % 2 == 0 => Self::Endpoint(number / 2 - 1),
+            Token(number) if number % 2 == 0 => Self::Endpoint(u16::try_from(number / 2 - 1).ok()?),
             Token(number) => Self::Link(LinkId::new((number - 3) / 2)?),
         })
     }
 }
 
-/// Opens all endpoints, and moves frames between them until SIGINT, SIGTERM or SIGHUP comes.
+/// Opens all endpoints, and moves frames between them until SIGINT or SIGTERM comes, or the terminal
+/// is closed. SIGHUP makes it ask `host` for a new configuration.
 ///
 /// # Errors
 ///
 /// If an endpoint cannot be opened and waiting would not help; then nothing has been sent. Or if
 /// the system refuses what the loop itself needs.
-pub fn run(config: DaemonConfig) -> Result<(), StartError> {
-    let mut daemon = Daemon::new(config)?;
+pub fn run(config: DaemonConfig, host: Arc<dyn Host>) -> Result<(), StartError> {
+    let poll = Poll::new().map_err(StartError::System)?;
+    let signals = Signals::register(poll.registry(), SIGNAL).map_err(StartError::System)?;
+    let mut daemon = Daemon::new(config, host, poll, signals)?;
     daemon.open_all()?;
     info!("ready");
     daemon.tell_ready();
@@ -126,30 +132,50 @@ pub fn run(config: DaemonConfig) -> Result<(), StartError> {
 }
 
 impl Daemon {
-    fn new(config: DaemonConfig) -> Result<Self, StartError> {
-        let poll = Poll::new().map_err(StartError::System)?;
-        let signals = Signals::register(poll.registry(), SIGNAL).map_err(StartError::System)?;
-        let waker = Waker::new(poll.registry(), WAKE).map_err(StartError::System)?;
-        let waker = Arc::new(waker);
+    /// A daemon that has its endpoints, and has opened none of them.
+    pub(super) fn new(
+        config: DaemonConfig,
+        host: Arc<dyn Host>,
+        poll: Poll,
+        signals: Signals,
+    ) -> Result<Self, StartError> {
+        let DaemonConfig { general, endpoints, dialect } = config;
+        let settled = settle(endpoints, &dialect)?;
+        let mut daemon = Self::empty(general, dialect, host, poll, signals)?;
+        for settings in settled {
+            // There are not too many: that was looked at when they were settled.
+            daemon.insert_endpoint(settings);
+        }
+        Ok(daemon)
+    }
+
+    fn empty(
+        general: General,
+        dialect: Dialect,
+        host: Arc<dyn Host>,
+        poll: Poll,
+        signals: Signals,
+    ) -> Result<Self, StartError> {
+        let waker = Arc::new(Waker::new(poll.registry(), WAKE).map_err(StartError::System)?);
         let now = Time::ZERO;
-        let endpoints = settle(config.endpoints, &config.dialect, now)?;
         Ok(Self {
             poll,
             signals,
             resolver: Resolver::new(Arc::clone(&waker)),
-            opener: Opener::new(waker),
+            opener: Opener::new(Arc::clone(&waker)),
+            reloader: Reloader::new(host, waker),
             start: Instant::now(),
             now,
-            router: Router::new(config.router),
-            checker: Checker::new(config.dialect),
+            router: Router::new(general.router),
+            started_with: general.clone(),
+            general,
+            checker: Checker::new(dialect),
             inbox: Inbox::new(),
-            io: Io::new(endpoints),
+            io: Io::new(),
             timers: Timers::default(),
             router_deadline: None,
             ready: Vec::new(),
             unfinished: LinkSet::EMPTY,
-            pace_timers: LinkSet::EMPTY,
-            stall_timers: LinkSet::EMPTY,
             stranger: Vec::new(),
             component_log: LogLimit::new(now),
             notifier: Notifier::from_environment(),
@@ -194,7 +220,7 @@ impl Daemon {
 
     /// How long the loop may wait.
     fn timeout(&self) -> Option<Duration> {
-        if !self.ready.is_empty() {
+        if !self.ready.is_empty() || self.reloader.has_answer() {
             return Some(Duration::ZERO);
         }
         let deadline = self.timers.next_deadline()?;
@@ -203,7 +229,12 @@ impl Daemon {
     }
 
     /// One turn; says whether a signal asks to stop.
-    fn turn(&mut self, events: &mut Events, timeout: Option<Duration>) -> io::Result<bool> {
+    pub(super) fn turn(
+        &mut self,
+        events: &mut Events,
+        timeout: Option<Duration>,
+    ) -> io::Result<bool> {
+        self.take_over();
         match self.poll.poll(events, timeout) {
             Err(error) if error.kind() != io::ErrorKind::Interrupted => return Err(error),
             _ => {}
@@ -233,19 +264,33 @@ impl Daemon {
 
     fn handle_event(&mut self, event: &Event) -> bool {
         match Meaning::of(event.token()) {
-            Some(Meaning::Signal) => return self.signals.take(),
+            Some(Meaning::Signal) => return self.handle_signals(),
             Some(Meaning::Wake) => {
                 self.handle_answers();
                 self.handle_serial_answers();
+                self.handle_reloaded();
             }
-            Some(Meaning::Endpoint(index)) => self.handle_endpoint_event(index, event),
+            Some(Meaning::Endpoint(slot)) => {
+                if let Some(index) = self.io.endpoints.id_at(slot) {
+                    self.handle_endpoint_event(index, event);
+                }
+            }
             Some(Meaning::Link(link)) => self.handle_link_event(link, event),
             None => {}
         }
         false
     }
 
-    fn handle_endpoint_event(&mut self, index: usize, event: &Event) {
+    /// Says whether the program is to end.
+    fn handle_signals(&mut self) -> bool {
+        let asked = self.signals.take();
+        if asked.reload {
+            self.ask_reload();
+        }
+        asked.stop
+    }
+
+    fn handle_endpoint_event(&mut self, index: EndpointId, event: &Event) {
         let Some(endpoint) = self.io.endpoints.get_mut(index) else {
             return;
         };
@@ -280,78 +325,6 @@ impl Daemon {
         }
         if event.is_readable() || event.is_read_closed() || event.is_error() {
             self.receive_stream(id);
-        }
-    }
-
-    fn handle_timers(&mut self) {
-        while let Some(timer) = self.timers.pop_due(self.now) {
-            match timer {
-                Timer::Endpoint(index) => self.handle_deadline(index),
-                Timer::Peers(index) => self.expire_peers(index),
-                Timer::Pause => self.handle_pause(),
-                Timer::Pace(link) => {
-                    self.pace_timers.remove(link);
-                    self.io.flush(&mut self.router, link, self.now);
-                }
-                Timer::Stall(link) => {
-                    self.stall_timers.remove(link);
-                    self.check_stalled(link);
-                }
-                Timer::Notify => self.feed_watchdog(),
-                Timer::Router => {
-                    self.router_deadline = None;
-                    self.router.handle_timeout(self.now);
-                }
-            }
-        }
-    }
-
-    /// Sets the timers that this turn has made necessary, each once.
-    fn set_timers(&mut self) {
-        let deadline = self.router.poll_timeout();
-        if let Some(at) = deadline
-            && self.router_deadline.is_none_or(|set| set > at)
-        {
-            self.timers.set(at, Timer::Router);
-            self.router_deadline = deadline;
-        }
-        for link in std::mem::take(&mut self.io.paced).iter() {
-            let ready = self.router.port(link).and_then(|port| port.ready_at(self.now));
-            if let Some(at) = ready
-                && !self.pace_timers.contains(link)
-            {
-                self.pace_timers.insert(link);
-                self.timers.set(at, Timer::Pace(link));
-            }
-        }
-        for link in std::mem::take(&mut self.io.blocked).iter() {
-            self.set_stall_timer(link);
-        }
-    }
-
-    fn set_stall_timer(&mut self, id: LinkId) {
-        let Some(at) = self.stalled_at(id) else { return };
-        if !self.stall_timers.contains(id) {
-            self.stall_timers.insert(id);
-            self.timers.set(at, Timer::Stall(id));
-        }
-    }
-
-    /// When a connection will have stalled, if it takes nothing until then. A serial port may
-    /// wait for ever: whoever is behind it can be asked for nothing.
-    fn stalled_at(&self, id: LinkId) -> Option<Time> {
-        let link = self.io.links.get(id)?;
-        let Output::Stream(output) = &link.output else { return None };
-        let Stream::Tcp(_) = output.stream else { return None };
-        let timeout = self.io.endpoints[link.endpoint].options().stall_timeout;
-        Some(output.blocked_since? + timeout)
-    }
-
-    /// Closes a connection that has taken nothing for too long.
-    fn check_stalled(&mut self, id: LinkId) {
-        match self.stalled_at(id) {
-            Some(at) if at <= self.now => self.close_link(id, "it takes nothing any more"),
-            _ => self.set_stall_timer(id),
         }
     }
 

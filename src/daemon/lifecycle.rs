@@ -6,6 +6,7 @@ use std::net::SocketAddr;
 use std::time::Duration;
 
 use super::endpoint::{Role, State};
+use super::endpoint_table::EndpointId;
 use super::error::{StartError, may_pass};
 use super::event_loop::Daemon;
 use super::open::{OpenError, socket_address};
@@ -24,7 +25,7 @@ impl Daemon {
     ///
     /// If one cannot be opened and waiting would not help.
     pub(super) fn open_all(&mut self) -> Result<(), StartError> {
-        for index in 0..self.io.endpoints.len() {
+        for index in self.io.endpoints.ids() {
             let Err(failure) = self.open(index) else {
                 continue;
             };
@@ -40,7 +41,7 @@ impl Daemon {
     }
 
     /// Opens an endpoint, or asks for the address of its host first.
-    pub(super) fn open(&mut self, index: usize) -> Result<(), OpenError> {
+    pub(super) fn open(&mut self, index: EndpointId) -> Result<(), OpenError> {
         let endpoint = &mut self.io.endpoints[index];
         let Some(host_port) = endpoint.config.address.host_port() else {
             return self.open_serial(index);
@@ -56,7 +57,7 @@ impl Daemon {
         }
     }
 
-    fn open_at(&mut self, index: usize, address: SocketAddr) -> Result<(), OpenError> {
+    fn open_at(&mut self, index: EndpointId, address: SocketAddr) -> Result<(), OpenError> {
         if let Some(device) = &self.io.endpoints[index].config.options.dev {
             let action = format!("use the network interface {device}");
             interface_index(device).map_err(|error| OpenError { action, error })?;
@@ -70,7 +71,7 @@ impl Daemon {
         Ok(())
     }
 
-    fn resolve(&mut self, index: usize) -> Result<(), OpenError> {
+    fn resolve(&mut self, index: EndpointId) -> Result<(), OpenError> {
         let endpoint = &mut self.io.endpoints[index];
         let Some(host_port) = endpoint.config.address.host_port() else {
             return Ok(());
@@ -89,8 +90,8 @@ impl Daemon {
     }
 
     /// Does what was put off.
-    pub(super) fn handle_deadline(&mut self, index: usize) {
-        let endpoint = &mut self.io.endpoints[index];
+    pub(super) fn handle_deadline(&mut self, index: EndpointId) {
+        let Some(endpoint) = self.io.endpoints.get_mut(index) else { return };
         if endpoint.deadline.is_none_or(|deadline| deadline > self.now) {
             return;
         }
@@ -116,7 +117,7 @@ impl Daemon {
     }
 
     /// Finds out what became of a TCP connection that is being made.
-    pub(super) fn check_connected(&mut self, index: usize) {
+    pub(super) fn check_connected(&mut self, index: EndpointId) {
         let endpoint = &mut self.io.endpoints[index];
         let State::Connecting(stream, address) = &endpoint.state else {
             return;
@@ -147,7 +148,7 @@ impl Daemon {
     }
 
     /// An endpoint is open: the next failure will be a new one.
-    pub(super) fn set_open(&mut self, index: usize, state: State) {
+    pub(super) fn set_open(&mut self, index: EndpointId, state: State) {
         let endpoint = &mut self.io.endpoints[index];
         endpoint.state = state;
         endpoint.told = None;
@@ -155,7 +156,7 @@ impl Daemon {
     }
 
     /// Tells of a failure, once, and tries again later.
-    pub(super) fn try_later(&mut self, index: usize, OpenError { action, error }: OpenError) {
+    pub(super) fn try_later(&mut self, index: EndpointId, OpenError { action, error }: OpenError) {
         let endpoint = &mut self.io.endpoints[index];
         endpoint.state = State::Waiting;
         // Several addresses that fail in turn for the same reason are one failure.
@@ -170,7 +171,7 @@ impl Daemon {
     }
 
     /// Tries again after a while, or the next of several addresses at once.
-    fn try_again(&mut self, index: usize) {
+    fn try_again(&mut self, index: EndpointId) {
         let endpoint = &mut self.io.endpoints[index];
         let has_more = endpoint.next_address < endpoint.addresses.len();
         if !has_more && endpoint.tries_once() {
@@ -184,14 +185,14 @@ impl Daemon {
         self.set_deadline(index, delay);
     }
 
-    pub(super) fn set_deadline(&mut self, index: usize, delay: Duration) {
+    pub(super) fn set_deadline(&mut self, index: EndpointId, delay: Duration) {
         let at = self.now + delay;
         self.io.endpoints[index].deadline = Some(at);
         self.timers.set(at, Timer::Endpoint(index));
     }
 
     /// A link of an endpoint is gone; `was_heard`: it had brought frames.
-    pub(super) fn handle_closed(&mut self, index: usize, link: LinkId, was_heard: bool) {
+    pub(super) fn handle_closed(&mut self, index: EndpointId, link: LinkId, was_heard: bool) {
         let endpoint = &mut self.io.endpoints[index];
         match &mut endpoint.state {
             State::Listening(_, count) => *count = count.saturating_sub(1),

@@ -2,6 +2,7 @@
 
 use std::net::SocketAddr;
 
+use super::endpoint_table::EndpointId;
 use crate::link::Stream;
 use crate::mavlink::Splitter;
 use crate::routing::{LinkId, MAX_LINKS, Time};
@@ -9,8 +10,8 @@ use crate::routing::{LinkId, MAX_LINKS, Time};
 /// One live peer of an endpoint.
 #[derive(Debug)]
 pub(super) struct Link {
-    /// Whose link this is: an index in the table of endpoints.
-    pub(super) endpoint: usize,
+    /// Whose link this is.
+    pub(super) endpoint: EndpointId,
     /// Who is at the other end, for people.
     pub(super) peer: String,
     /// Cuts what it sends into frames.
@@ -18,6 +19,25 @@ pub(super) struct Link {
     /// When something was last read from it; at first, when it came up.
     pub(super) last_read: Time,
     pub(super) output: Output,
+    /// When [`super::timers::Timer::Pace`] has something to do.
+    pub(super) pace_deadline: Option<Time>,
+    /// When [`super::timers::Timer::Stall`] has something to do.
+    pub(super) stall_deadline: Option<Time>,
+}
+
+impl Link {
+    /// A link that came up just now.
+    pub(super) fn new(endpoint: EndpointId, peer: String, output: Output, now: Time) -> Self {
+        Self {
+            endpoint,
+            peer,
+            splitter: Splitter::new(),
+            last_read: now,
+            output,
+            pace_deadline: None,
+            stall_deadline: None,
+        }
+    }
 }
 
 /// Where a link's queue is sent.

@@ -4,16 +4,22 @@
 //! One thread does all of it and waits in one place only. What a turn does, in order: poll, read
 //! (a bounded amount of each link), timers, flush, close what broke, log.
 
+mod change;
+mod deadlines;
 mod endpoint;
+mod endpoint_table;
 mod error;
 mod event_loop;
+mod groups;
 mod lifecycle;
 mod links;
 mod log_limit;
 mod notify;
 mod open;
 mod peers;
+mod plan;
 mod receive;
+mod reload;
 mod report;
 mod serial;
 mod service;
@@ -25,3 +31,4 @@ mod upkeep;
 
 pub use error::StartError;
 pub use event_loop::{DaemonConfig, run};
+pub use reload::Host;

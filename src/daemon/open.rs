@@ -7,6 +7,7 @@ use mio::Interest;
 use tracing::info;
 
 use super::endpoint::{Answerer, DatagramPort, Endpoint, Peers, Role, State};
+use super::endpoint_table::EndpointId;
 use super::event_loop::{Daemon, Meaning};
 use super::links::Output;
 use crate::config::{Address, Host, HostPort};
@@ -30,7 +31,7 @@ impl Daemon {
     /// Opens whatever listens, sends or connects at `address`.
     pub(super) fn open_socket(
         &mut self,
-        index: usize,
+        index: EndpointId,
         address: SocketAddr,
     ) -> Result<(), OpenError> {
         match self.io.endpoints[index].config.address {
@@ -45,11 +46,11 @@ impl Daemon {
         }
     }
 
-    fn open_tcp_server(&mut self, index: usize, address: SocketAddr) -> Result<(), OpenError> {
+    fn open_tcp_server(&mut self, index: EndpointId, address: SocketAddr) -> Result<(), OpenError> {
         let action = || format!("listen on {address}");
         let endpoint = &self.io.endpoints[index];
         let mut listener = doing(action, listen(address, endpoint.options().dev.as_deref()))?;
-        let token = Meaning::Endpoint(index).token();
+        let token = Meaning::Endpoint(index.slot()).token();
         doing(action, self.registry().register(&mut listener, token, Interest::READABLE))?;
         let local = doing(action, listener.local_addr())?;
         info!("{}: listening on {local}", endpoint.name);
@@ -57,20 +58,20 @@ impl Daemon {
         Ok(())
     }
 
-    fn open_tcp_client(&mut self, index: usize, address: SocketAddr) -> Result<(), OpenError> {
+    fn open_tcp_client(&mut self, index: EndpointId, address: SocketAddr) -> Result<(), OpenError> {
         let action = || format!("connect to {address}");
         let options = self.io.endpoints[index].options();
         let bind = doing(action, bind_address(options.bind.as_ref(), address))?;
         let bind = options.bind.as_ref().map(|_| bind);
         let mut stream = doing(action, connect(address, bind, options.dev.as_deref()))?;
-        let token = Meaning::Endpoint(index).token();
+        let token = Meaning::Endpoint(index.slot()).token();
         let interest = Interest::READABLE | Interest::WRITABLE;
         doing(action, self.registry().register(&mut stream, token, interest))?;
         self.io.endpoints[index].state = State::Connecting(stream, address);
         Ok(())
     }
 
-    fn open_udp_server(&mut self, index: usize, address: SocketAddr) -> Result<(), OpenError> {
+    fn open_udp_server(&mut self, index: EndpointId, address: SocketAddr) -> Result<(), OpenError> {
         let action = || format!("listen on {address}");
         let endpoint = &self.io.endpoints[index];
         let settings =
@@ -87,7 +88,7 @@ impl Daemon {
         self.watch_datagrams(index, port, action)
     }
 
-    fn open_udp_sender(&mut self, index: usize, remote: SocketAddr) -> Result<(), OpenError> {
+    fn open_udp_sender(&mut self, index: EndpointId, remote: SocketAddr) -> Result<(), OpenError> {
         let action = || format!("send to {remote}");
         let options = self.io.endpoints[index].options();
         let local = doing(action, bind_address(options.bind.as_ref(), remote))?;
@@ -100,7 +101,11 @@ impl Daemon {
         self.watch_datagrams(index, port, action)
     }
 
-    fn open_udp_shared(&mut self, index: usize, everybody: SocketAddr) -> Result<(), OpenError> {
+    fn open_udp_shared(
+        &mut self,
+        index: EndpointId,
+        everybody: SocketAddr,
+    ) -> Result<(), OpenError> {
         let action = || format!("send to {everybody}");
         let endpoint = &self.io.endpoints[index];
         let options = endpoint.options();
@@ -129,7 +134,7 @@ impl Daemon {
     /// Makes the one link of a UDP endpoint that sends from the start.
     fn add_sender_link(
         &mut self,
-        index: usize,
+        index: EndpointId,
         remote: SocketAddr,
         local: SocketAddr,
     ) -> Result<LinkId, OpenError> {
@@ -141,11 +146,11 @@ impl Daemon {
 
     fn watch_datagrams(
         &mut self,
-        index: usize,
+        index: EndpointId,
         mut port: DatagramPort,
         action: impl Fn() -> String,
     ) -> Result<(), OpenError> {
-        let token = Meaning::Endpoint(index).token();
+        let token = Meaning::Endpoint(index.slot()).token();
         let interest = Interest::READABLE | Interest::WRITABLE;
         doing(&action, self.registry().register(&mut port.socket, token, interest))?;
         if let Some(socket) = &mut port.group_socket {

@@ -5,11 +5,11 @@ use std::net::SocketAddr;
 use std::time::Duration;
 
 use super::endpoint::{Peers, Role, State};
+use super::endpoint_table::EndpointId;
 use super::event_loop::{Daemon, Meaning, Ready};
 use super::links::{Link, Output, StreamOutput};
 use super::timers::Timer;
 use crate::link::{Stream, tune};
-use crate::mavlink::Splitter;
 use crate::routing::{LinkId, MAX_LINKS};
 use mio::Interest;
 use mio::event::Source;
@@ -39,15 +39,14 @@ impl Daemon {
     /// Makes a link and tells of it; gives `output` back if there are too many.
     pub(super) fn add_link(
         &mut self,
-        endpoint: usize,
+        endpoint: EndpointId,
         peer: String,
         output: Output,
     ) -> Result<LinkId, Output> {
         let options = self.io.endpoints[endpoint].link_options();
         let Some(id) = self.router.add_link(options, self.now) else { return Err(output) };
         self.tell(endpoint, &format!("link {id} up: {peer}"));
-        let splitter = Splitter::new();
-        let link = Link { endpoint, peer, splitter, last_read: self.now, output };
+        let link = Link::new(endpoint, peer, output, self.now);
         self.io.links.insert(id, link);
         Ok(id)
     }
@@ -59,7 +58,7 @@ impl Daemon {
     /// If the system refuses to watch it, or if there are too many links.
     pub(super) fn add_stream(
         &mut self,
-        endpoint: usize,
+        endpoint: EndpointId,
         peer: String,
         stream: Stream,
     ) -> io::Result<LinkId> {
@@ -80,7 +79,7 @@ impl Daemon {
     }
 
     /// Makes a peer of somebody who sent a verified frame to a UDP server.
-    pub(super) fn admit_peer(&mut self, index: usize, source: SocketAddr) -> Admission {
+    pub(super) fn admit_peer(&mut self, index: EndpointId, source: SocketAddr) -> Admission {
         if !self.has_room_for_peer(index) {
             self.say_refused(index, source);
             return Admission::Refused;
@@ -96,7 +95,8 @@ impl Daemon {
             && let Role::Server(peers) = &mut port.role
         {
             peers.insert(source, link);
-            if !std::mem::replace(&mut peers.timer_is_set, true) {
+            if peers.deadline.is_none() {
+                peers.deadline = Some(self.now + timeout);
                 self.timers.set(self.now + timeout, Timer::Peers(index));
             }
         }
@@ -104,7 +104,7 @@ impl Daemon {
     }
 
     /// Whether a UDP server takes one more, if need be in place of one that has fallen silent.
-    fn has_room_for_peer(&mut self, index: usize) -> bool {
+    fn has_room_for_peer(&mut self, index: EndpointId) -> bool {
         let endpoint = &self.io.endpoints[index];
         let max_peers = usize::from(endpoint.options().max_peers);
         let State::Datagrams(port) = &endpoint.state else {
@@ -134,41 +134,43 @@ impl Daemon {
         peers.links.values().filter_map(silence).max()
     }
 
-    fn say_refused(&mut self, index: usize, peer: SocketAddr) {
+    fn say_refused(&mut self, index: EndpointId, peer: SocketAddr) {
         let max = self.io.endpoints[index].options().max_peers;
         let reason = format!("it has {max} peers already (raise max_peers)");
         self.warn(index, &format!("{peer} refused: {reason}"));
     }
 
     /// Closes the peers of a UDP server that were silent for too long.
-    pub(super) fn expire_peers(&mut self, index: usize) {
-        let endpoint = &self.io.endpoints[index];
+    pub(super) fn expire_peers(&mut self, index: EndpointId) {
+        let Some(endpoint) = self.io.endpoints.get(index) else { return };
         let timeout = endpoint.options().peer_timeout;
-        let State::Datagrams(port) = &endpoint.state else {
+        let State::Datagrams(port) = &endpoint.state else { return };
+        let Role::Server(peers) = &port.role else { return };
+        if peers.deadline.is_none_or(|deadline| deadline > self.now) {
             return;
-        };
+        }
         let last_read = |id: &LinkId| Some((*id, self.io.links.get(*id)?.last_read));
         let (expired, alive): (Vec<_>, Vec<_>) = port
             .links()
             .iter()
             .filter_map(last_read)
             .partition(|(_, last_read)| self.now.since(*last_read) >= timeout);
-        let next = alive.iter().map(|(_, last_read)| *last_read).min();
+        let next = alive.iter().map(|(_, last_read)| *last_read + timeout).min();
         for (link, _) in expired {
             self.close_link(link, &format!("silent for {} s", timeout.as_secs_f32()));
         }
         if let State::Datagrams(port) = &mut self.io.endpoints[index].state
             && let Role::Server(peers) = &mut port.role
         {
-            peers.timer_is_set = next.is_some();
+            peers.deadline = next;
         }
         if let Some(next) = next {
-            self.timers.set(next + timeout, Timer::Peers(index));
+            self.timers.set(next, Timer::Peers(index));
         }
     }
 
     /// Takes the connections that wait at a TCP server.
-    pub(super) fn accept(&mut self, index: usize) {
+    pub(super) fn accept(&mut self, index: EndpointId) {
         for _ in 0..ACCEPTS {
             let State::Listening(listener, _) = &self.io.endpoints[index].state else {
                 return;
@@ -183,7 +185,7 @@ impl Daemon {
         self.ready.push(Ready::Endpoint(index));
     }
 
-    fn handle_connection(&mut self, index: usize, stream: TcpStream, peer: SocketAddr) {
+    fn handle_connection(&mut self, index: EndpointId, stream: TcpStream, peer: SocketAddr) {
         let options = self.io.endpoints[index].options();
         let (max_peers, patience) = (usize::from(options.max_peers), options.stall_timeout);
         let State::Listening(_, count) = &self.io.endpoints[index].state else {
@@ -206,7 +208,7 @@ impl Daemon {
     }
 
     /// No descriptors, no memory: connections wait until there are some again.
-    fn accept_later(&mut self, index: usize, error: &io::Error) {
+    fn accept_later(&mut self, index: EndpointId, error: &io::Error) {
         self.warn(index, &format!("cannot accept a connection: {error}; trying again"));
         self.set_deadline(index, ACCEPT_AGAIN);
     }
@@ -237,8 +239,6 @@ impl Daemon {
         let heard = self.router.counters(id).is_some_and(|counters| counters.frames_in > 0);
         self.router.remove_link(id);
         self.unfinished.remove(id);
-        self.pace_timers.remove(id);
-        self.stall_timers.remove(id);
         self.ready.retain(|ready| *ready != Ready::Link(id));
         if let Output::Stream(output) = &mut link.output {
             // Closing it would do; this keeps the system from telling of it once more.

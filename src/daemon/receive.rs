@@ -5,6 +5,7 @@ use std::net::SocketAddr;
 use std::time::Duration;
 
 use super::endpoint::{Role, State};
+use super::endpoint_table::EndpointId;
 use super::event_loop::{Daemon, Ready};
 use super::links::{Output, StreamOutput};
 use super::peers::Admission;
@@ -26,9 +27,9 @@ impl Daemon {
     pub(super) fn receive_more(&mut self, source: Ready) {
         match source {
             Ready::Link(link) => self.receive_stream(link),
-            Ready::Endpoint(index) => match self.io.endpoints[index].state {
-                State::Listening(..) => self.accept(index),
-                State::Datagrams(_) => self.receive_datagrams(index),
+            Ready::Endpoint(index) => match self.io.endpoints.get(index).map(|it| &it.state) {
+                Some(State::Listening(..)) => self.accept(index),
+                Some(State::Datagrams(_)) => self.receive_datagrams(index),
                 _ => {}
             },
         }
@@ -73,7 +74,7 @@ impl Daemon {
     }
 
     /// Reads a UDP socket and routes what it says.
-    pub(super) fn receive_datagrams(&mut self, index: usize) {
+    pub(super) fn receive_datagrams(&mut self, index: EndpointId) {
         let mut drained = self.receive_batches(index, false);
         drained &= self.receive_batches(index, true);
         if !drained {
@@ -82,7 +83,7 @@ impl Daemon {
     }
 
     /// Reads one of the two sockets that an endpoint may have; says whether it is empty now.
-    fn receive_batches(&mut self, index: usize, group: bool) -> bool {
+    fn receive_batches(&mut self, index: EndpointId, group: bool) -> bool {
         for _ in 0..BATCHES {
             let State::Datagrams(port) = &self.io.endpoints[index].state else {
                 return true;
@@ -111,7 +112,7 @@ impl Daemon {
     }
 
     /// `to_group`: it was sent to the multicast group, and not to us alone.
-    fn handle_datagram(&mut self, index: usize, slot: usize, to_group: bool) {
+    fn handle_datagram(&mut self, index: EndpointId, slot: usize, to_group: bool) {
         let (len, Some(source)) = self.inbox.received(slot) else { return };
         let State::Datagrams(port) = &mut self.io.endpoints[index].state else { return };
         match &mut port.role {
@@ -134,7 +135,13 @@ impl Daemon {
     }
 
     /// A datagram of one of many who share a link. Who answers us alone is sent to alone.
-    fn handle_shared(&mut self, index: usize, slot: usize, source: SocketAddr, to_group: bool) {
+    fn handle_shared(
+        &mut self,
+        index: EndpointId,
+        slot: usize,
+        source: SocketAddr,
+        to_group: bool,
+    ) {
         let State::Datagrams(port) = &mut self.io.endpoints[index].state else { return };
         let Role::Shared { link, answerer, .. } = &mut port.role else { return };
         let link = *link;
@@ -156,7 +163,7 @@ impl Daemon {
     }
 
     /// A datagram of somebody new: a verified frame makes it a peer.
-    fn handle_stranger(&mut self, index: usize, slot: usize, len: usize, source: SocketAddr) {
+    fn handle_stranger(&mut self, index: EndpointId, slot: usize, len: usize, source: SocketAddr) {
         // Out of the inbox, so that a link can be made while the frames are being looked at.
         let mut bytes = std::mem::take(&mut self.stranger);
         bytes.clear();

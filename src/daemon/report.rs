@@ -3,6 +3,7 @@
 use tracing::{debug, info, warn};
 
 use super::endpoint::Endpoint;
+use super::endpoint_table::EndpointId;
 use super::event_loop::Daemon;
 use super::links::Link;
 use super::log_limit::LeftOut;
@@ -52,9 +53,10 @@ impl Daemon {
         let is_its = |endpoint: &&Endpoint| endpoint.membership.is_some_and(|m| m.group == group);
         let group = endpoints.find(is_its).and_then(|endpoint| endpoint.options().group.clone());
         let group = group.unwrap_or_default();
-        match member.and_then(|member| self.io.endpoints.get(usize::from(member))) {
-            Some(endpoint) => {
-                info!("group {group}: sending over {} now{left_out}", endpoint.name);
+        match member.and_then(|member| self.io.endpoints.id_at(member)) {
+            Some(index) => {
+                let name = &self.io.endpoints[index].name;
+                info!("group {group}: sending over {name} now{left_out}");
             }
             None => info!("group {group}: no path is good; sending over all{left_out}"),
         }
@@ -98,7 +100,7 @@ impl Daemon {
     }
 
     /// Tells how an endpoint is getting on; a peer may have brought it about.
-    pub(super) fn tell(&mut self, index: usize, text: &str) {
+    pub(super) fn tell(&mut self, index: EndpointId, text: &str) {
         let endpoint = &mut self.io.endpoints[index];
         if let Some(left_out) = endpoint.log.permit(self.now) {
             info!("{}: {text}{}", endpoint.name, LeftOut(left_out));
@@ -106,7 +108,7 @@ impl Daemon {
     }
 
     /// Warns of something about an endpoint; a peer may have brought it about.
-    pub(super) fn warn(&mut self, index: usize, text: &str) {
+    pub(super) fn warn(&mut self, index: EndpointId, text: &str) {
         let endpoint = &mut self.io.endpoints[index];
         if let Some(left_out) = endpoint.log.permit(self.now) {
             warn!("{}: {text}{}", endpoint.name, LeftOut(left_out));

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use tracing::debug;
 
 use super::endpoint::{Endpoint, State};
+use super::endpoint_table::EndpointId;
 use super::error::{StartError, may_pass};
 use super::event_loop::Daemon;
 use super::links::{Link, Output, StreamOutput};
@@ -33,7 +34,7 @@ const END: Duration = Duration::from_secs(1);
 
 impl Daemon {
     /// Has a serial port opened; [`Daemon::handle_serial_answers`] goes on with it.
-    pub(super) fn open_serial(&mut self, index: usize) -> Result<(), OpenError> {
+    pub(super) fn open_serial(&mut self, index: EndpointId) -> Result<(), OpenError> {
         let endpoint = &mut self.io.endpoints[index];
         let Some((device, settings)) = endpoint.serial_settings() else { return Ok(()) };
         if !endpoint.is_asking {
@@ -73,23 +74,29 @@ impl Daemon {
     pub(super) fn handle_serial_answers(&mut self) {
         while let Some(answer) = self.opener.poll() {
             let index = answer.asker;
-            if let Err(failure) = self.handle_serial_answer(answer) {
+            if self.io.endpoints.get(index).is_none() {
+                // It has gone meanwhile, and its link with it.
+                if let SerialOutcome::Opened { port: Ok(port), .. } = answer.outcome {
+                    self.opener.close(port);
+                }
+            } else if let Err(failure) = self.handle_serial_answer(answer) {
                 self.try_later(index, failure);
             }
         }
     }
 
-    fn handle_serial_answer(&mut self, answer: SerialAnswer) -> Result<(), OpenError> {
+    fn handle_serial_answer(&mut self, answer: SerialAnswer<EndpointId>) -> Result<(), OpenError> {
         let SerialAnswer { asker, outcome } = answer;
         let endpoint = &mut self.io.endpoints[asker];
         endpoint.is_asking = false;
         match (outcome, &endpoint.state) {
-            (SerialOutcome::Opened { device, port }, State::Opening) => {
+            (SerialOutcome::Opened { device, settings, port }, State::Opening) => {
                 let action = match &device {
                     Some(device) => format!("open {}", device.display()),
                     None => "find a flight controller".to_owned(),
                 };
-                let added = port.and_then(|port| self.add_port(asker, device.as_ref(), port));
+                let baud = settings.baud;
+                let added = port.and_then(|port| self.add_port(asker, device.as_ref(), baud, port));
                 added.map_err(|error| OpenError { action, error })
             }
             (SerialOutcome::Opened { port, .. }, _) => {
@@ -108,20 +115,49 @@ impl Daemon {
     }
 
     /// A port is open: makes a link of it.
-    fn add_port(&mut self, index: usize, device: Option<&PathBuf>, port: File) -> io::Result<()> {
-        let endpoint = &self.io.endpoints[index];
-        let Address::Serial { bauds, .. } = &endpoint.config.address else { return Ok(()) };
-        let baud = bauds.get(endpoint.baud).copied().unwrap_or_default();
-        let is_one_of_several = bauds.len() > 1 && !endpoint.baud_is_proven;
+    fn add_port(
+        &mut self,
+        index: EndpointId,
+        device: Option<&PathBuf>,
+        baud: u32,
+        port: File,
+    ) -> io::Result<()> {
         let peer = format!("{} at {baud} baud", named(device));
         let link = self.add_stream(index, peer, Stream::Serial(port))?;
         self.set_open(index, State::Up(link));
-        self.set_deadline(index, if is_one_of_several { BAUD_TRIAL } else { SILENCE });
+        self.watch_serial(index);
+        if self.io.endpoints[index].baud_in_use() != Some(baud) {
+            // Other rates were configured while it was being opened.
+            self.use_baud(index, link);
+        }
         Ok(())
     }
 
+    /// Sees to it that a serial port is looked at when frames should have come.
+    fn watch_serial(&mut self, index: EndpointId) {
+        let endpoint = &self.io.endpoints[index];
+        let Address::Serial { bauds, .. } = &endpoint.config.address else { return };
+        let is_one_of_several = bauds.len() > 1 && !endpoint.baud_is_proven;
+        self.set_deadline(index, if is_one_of_several { BAUD_TRIAL } else { SILENCE });
+    }
+
+    /// Goes on at the baud rate in use if it is among those that are configured now, or else begins
+    /// with the first.
+    pub(super) fn change_bauds(&mut self, index: EndpointId, in_use: Option<u32>) {
+        let endpoint = &mut self.io.endpoints[index];
+        let Address::Serial { bauds, .. } = &endpoint.config.address else { return };
+        let at = bauds.iter().position(|baud| Some(*baud) == in_use);
+        endpoint.baud = at.unwrap_or(0);
+        endpoint.baud_is_proven &= at.is_some();
+        let State::Up(link) = endpoint.state else { return };
+        self.watch_serial(index);
+        if at.is_none() {
+            self.use_baud(index, link);
+        }
+    }
+
     /// A driver has not opened its port for a while: says so. There is nothing to be done about it.
-    pub(super) fn warn_of_slow_open(&mut self, index: usize) {
+    pub(super) fn warn_of_slow_open(&mut self, index: EndpointId) {
         let device = self.io.endpoints[index].serial_settings().and_then(|(device, _)| device);
         let device = named(device.as_ref());
         self.warn(index, &format!("opening {device} takes long: its driver does not answer"));
@@ -129,7 +165,7 @@ impl Daemon {
 
     /// A serial port has been open for a while: says so if no frame came, and of several baud
     /// rates keeps the one at which frames are heard, or tries the next.
-    pub(super) fn check_serial(&mut self, index: usize, id: LinkId) {
+    pub(super) fn check_serial(&mut self, index: EndpointId, id: LinkId) {
         let endpoint = &mut self.io.endpoints[index];
         let Address::Serial { bauds, .. } = &endpoint.config.address else { return };
         let heard = self.router.port(id).is_some_and(|port| port.quality().last_heard.is_some());
@@ -151,7 +187,7 @@ impl Daemon {
     }
 
     /// Tells, once, that nothing is understood on a serial port.
-    fn warn_of_silence(&mut self, index: usize, id: LinkId) {
+    fn warn_of_silence(&mut self, index: EndpointId, id: LinkId) {
         let Some(link) = self.io.links.get(id) else { return };
         let text = match link.splitter.stats().skipped_bytes {
             0 => "nothing received yet (is the port set to MAVLink? are RX and TX swapped?)".into(),
@@ -163,15 +199,22 @@ impl Daemon {
         }
     }
 
-    fn try_next_baud(&mut self, index: usize, id: LinkId) {
+    fn try_next_baud(&mut self, index: EndpointId, id: LinkId) {
         let endpoint = &mut self.io.endpoints[index];
         let Address::Serial { bauds, .. } = &endpoint.config.address else { return };
         if endpoint.is_asking {
             return;
         }
         endpoint.baud = (endpoint.baud + 1) % bauds.len();
-        let baud = bauds[endpoint.baud];
-        debug!("{}: no frames; trying {baud} baud", endpoint.name);
+        debug!("{}: no frames; trying {} baud", endpoint.name, bauds[endpoint.baud]);
+        self.use_baud(index, id);
+    }
+
+    /// Changes the port to the baud rate that its endpoint is at now; if something is asked of the
+    /// helper already, when that is answered.
+    fn use_baud(&mut self, index: EndpointId, id: LinkId) {
+        let endpoint = &mut self.io.endpoints[index];
+        let Some(baud) = endpoint.baud_in_use().filter(|_| !endpoint.is_asking) else { return };
         let Some(Link { output: Output::Stream(output), .. }) = self.io.links.get(id) else {
             return;
         };
@@ -183,18 +226,29 @@ impl Daemon {
     }
 
     /// A port has another baud rate now, or was to have it.
-    fn handle_baud_set(&mut self, index: usize, id: LinkId, baud: u32, result: io::Result<()>) {
+    fn handle_baud_set(
+        &mut self,
+        index: EndpointId,
+        id: LinkId,
+        baud: u32,
+        result: io::Result<()>,
+    ) {
         if let Err(error) = result {
             return self.close_unchanged(id, baud, &error);
         }
-        let pace = self.io.endpoints[index].pace();
+        let endpoint = &self.io.endpoints[index];
+        if endpoint.baud_in_use() != Some(baud) {
+            // Other rates have been configured meanwhile.
+            return self.use_baud(index, id);
+        }
+        let pace = endpoint.pace();
         if let Some(link) = self.io.links.get_mut(id) {
             link.splitter.forget();
         }
         if let (Some(pace), Some(port)) = (pace, self.router.port_mut(id)) {
             port.set_line_rate(pace, self.now);
         }
-        self.set_deadline(index, BAUD_TRIAL);
+        self.watch_serial(index);
     }
 
     fn close_unchanged(&mut self, id: LinkId, baud: u32, error: &io::Error) {

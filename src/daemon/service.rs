@@ -3,9 +3,11 @@
 //! The status is looked at only in turns that happen anyway, and at most once a second; how the
 //! messages travel is for `notify`.
 
+use std::collections::BTreeMap;
 use std::fmt::{Display, Write};
 
 use super::endpoint::State;
+use super::endpoint_table::EndpointId;
 use super::event_loop::Daemon;
 use super::timers::Timer;
 use crate::mavlink::Component;
@@ -16,7 +18,6 @@ const LISTED: usize = 8;
 impl Daemon {
     /// The configuration is about to be read anew; whatever comes of it, [`Self::tell_ready`] has
     /// to follow.
-    #[expect(dead_code, reason = "a reload begins with it")]
     pub(super) fn tell_reloading(&mut self) {
         self.notifier.handle_reloading(self.now);
         self.set_notify_timer();
@@ -72,14 +73,14 @@ impl Daemon {
 
     /// The endpoints that have links, and how many.
     fn links_of_endpoints(&self) -> Vec<String> {
-        let mut counts = vec![0; self.io.endpoints.len()];
+        let mut counts: BTreeMap<EndpointId, usize> = BTreeMap::new();
         for id in self.router.links().iter() {
             if let Some(link) = self.io.links.get(id) {
-                counts[link.endpoint] += 1;
+                *counts.entry(link.endpoint).or_default() += 1;
             }
         }
-        let named = self.io.endpoints.iter().zip(counts).filter(|(_, count)| *count > 0);
-        named.map(|(endpoint, count)| format!("{} {count}", endpoint.name)).collect()
+        let name = |index| &self.io.endpoints[index].name;
+        counts.into_iter().map(|(index, count)| format!("{} {count}", name(index))).collect()
     }
 
     /// The names of the endpoints that are not open.

@@ -1,46 +1,68 @@
-//! What the words of the configuration mean for the router: message names, groups, paces.
+//! What the words of the configuration mean for the router: message names, filters, paces.
 
+use std::collections::HashSet;
 use std::path::Path;
 use std::time::Duration;
 
 use super::endpoint::Endpoint;
+use super::endpoint_table::MAX_ENDPOINTS;
 use super::error::StartError;
-use crate::config::{Address, Device, EndpointConfig, FilterOptions, MessageRef, PathChoice};
+use crate::config::{Address, Device, EndpointConfig, FilterOptions, MessageRef};
 use crate::mavlink::{Dialect, MessageId};
-use crate::routing::{Capacity, FilterLists, GroupId, LinkOptions, Membership, RateCap, Time};
+use crate::routing::{Capacity, FilterLists, LinkOptions, RateCap};
 
-/// Makes endpoints of what the user wrote.
+/// How many groups the router can tell apart.
+const MAX_GROUPS: usize = 256;
+
+/// An endpoint as the user wants it, with every word of it looked up.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Settings {
+    pub(super) config: EndpointConfig,
+    pub(super) filter_in: FilterLists,
+    pub(super) filter_out: FilterLists,
+    pub(super) caps: Vec<RateCap>,
+}
+
+/// Looks up what the user wrote.
 ///
 /// # Errors
 ///
-/// If a message has a name that no definition has, or if there are more than 256 groups.
+/// If a message has a name that no definition has, or if there are too many groups or endpoints.
 pub(super) fn settle(
     configs: Vec<EndpointConfig>,
     dialect: &Dialect,
-    now: Time,
-) -> Result<Vec<Endpoint>, StartError> {
-    let mut groups = Vec::new();
-    let mut endpoints = Vec::new();
-    for (number, config) in configs.into_iter().enumerate() {
-        let mut endpoint = Endpoint::new(config, now);
-        endpoint.caps = rate_caps(&endpoint, dialect)?;
-        let options = &endpoint.config.options;
-        let filters = (&options.filter_in, &options.filter_out);
-        endpoint.filter_in = filter_lists(&endpoint.name, filters.0, dialect)?;
-        endpoint.filter_out = filter_lists(&endpoint.name, filters.1, dialect)?;
-        endpoint.membership = membership(&endpoint, number, &mut groups)?;
-        endpoints.push(endpoint);
+) -> Result<Vec<Settings>, StartError> {
+    if configs.len() > MAX_ENDPOINTS {
+        return Err(StartError::TooManyEndpoints);
     }
-    Ok(endpoints)
+    let groups: HashSet<_> = configs.iter().filter_map(|it| it.options.group.as_ref()).collect();
+    if groups.len() > MAX_GROUPS {
+        return Err(StartError::TooManyGroups);
+    }
+    configs.into_iter().map(|config| Settings::new(config, dialect)).collect()
 }
 
-fn rate_caps(endpoint: &Endpoint, dialect: &Dialect) -> Result<Vec<RateCap>, StartError> {
+impl Settings {
+    fn new(config: EndpointConfig, dialect: &Dialect) -> Result<Self, StartError> {
+        let (name, options) = (config.name(), &config.options);
+        let caps = rate_caps(&name, &options.rate, dialect)?;
+        let filter_in = filter_lists(&name, &options.filter_in, dialect)?;
+        let filter_out = filter_lists(&name, &options.filter_out, dialect)?;
+        Ok(Self { config, filter_in, filter_out, caps })
+    }
+}
+
+fn rate_caps(
+    endpoint: &str,
+    rates: &[(MessageRef, f32)],
+    dialect: &Dialect,
+) -> Result<Vec<RateCap>, StartError> {
     let cap = |(message, rate): &(MessageRef, f32)| {
-        let id = resolve(&endpoint.name, message, dialect)?;
+        let id = resolve(endpoint, message, dialect)?;
         // The rate is 0.001..=1000 as the option was read.
         Ok(RateCap { id, interval: Duration::from_secs_f32(1.0 / rate) })
     };
-    endpoint.options().rate.iter().map(cap).collect()
+    rates.iter().map(cap).collect()
 }
 
 fn filter_lists(
@@ -79,28 +101,6 @@ fn resolve(
 fn id_of(name: &str, dialect: &Dialect) -> Option<MessageId> {
     let mut definitions = dialect.definitions().iter();
     definitions.find(|definition| definition.name == name).map(|definition| definition.id)
-}
-
-fn membership(
-    endpoint: &Endpoint,
-    number: usize,
-    groups: &mut Vec<String>,
-) -> Result<Option<Membership>, StartError> {
-    let options = endpoint.options();
-    let Some(name) = &options.group else { return Ok(None) };
-    let index = groups.iter().position(|group| group == name).unwrap_or(groups.len());
-    if index == groups.len() {
-        groups.push(name.clone());
-    }
-    let (Ok(group), Ok(member)) = (u8::try_from(index), u16::try_from(number)) else {
-        return Err(StartError::TooManyGroups);
-    };
-    Ok(Some(Membership {
-        group: GroupId(group),
-        member,
-        rank: options.prefer,
-        best_only: options.path == PathChoice::Best,
-    }))
 }
 
 impl Endpoint {
@@ -154,10 +154,11 @@ fn is_usb_serial(path: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::routing::Time;
 
     fn settle_one(text: &str) -> Result<Endpoint, StartError> {
-        let config = text.parse().unwrap();
-        settle(vec![config], &Dialect::builtin(), Time::ZERO).map(|mut all| all.remove(0))
+        let mut settled = settle(vec![text.parse().unwrap()], &Dialect::builtin())?;
+        Ok(Endpoint::new(settled.remove(0), Time::ZERO))
     }
 
     #[test]
@@ -183,12 +184,12 @@ mod tests {
     }
 
     #[test]
-    fn endpoints_of_one_name_are_a_group() {
-        let texts = ["udpin::1?group=a", "udpin::2?group=b&path=best&prefer=7", "udpin::3?group=a"];
-        let configs = texts.map(|text| text.parse().unwrap()).to_vec();
-        let endpoints = settle(configs, &Dialect::builtin(), Time::ZERO).unwrap();
-        let groups = endpoints.iter().map(|e| e.membership.map(|m| (m.group.0, m.member, m.rank)));
-        let expected = [Some((0, 0, 0)), Some((1, 1, 7)), Some((0, 2, 0))];
-        assert_eq!(groups.collect::<Vec<_>>(), expected);
+    fn groups_and_endpoints_are_bounded() {
+        let groups = (0..=256).map(|n| format!("udpin::1?group=g{n}").parse().unwrap());
+        let settled = settle(groups.collect(), &Dialect::builtin());
+        assert_eq!(settled.unwrap_err().to_string(), "there are more than 256 groups");
+        let many = vec!["udpin::1".parse().unwrap(); MAX_ENDPOINTS + 1];
+        let settled = settle(many, &Dialect::builtin());
+        assert_eq!(settled.unwrap_err().to_string(), "there are more than 4096 endpoints");
     }
 }

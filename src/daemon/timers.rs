@@ -3,15 +3,16 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use super::endpoint_table::EndpointId;
 use crate::routing::{LinkId, Time};
 
 /// What is to be done.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) enum Timer {
     /// Try an endpoint again, or give up trying.
-    Endpoint(usize),
+    Endpoint(EndpointId),
     /// Look for peers of an endpoint that fell silent.
-    Peers(usize),
+    Peers(EndpointId),
     /// Look for links that stopped in the middle of a frame.
     Pause,
     /// Send what the pace of a link now lets leave.
@@ -25,7 +26,7 @@ pub(super) enum Timer {
 }
 
 /// Deadlines. A timer that has become pointless is not taken out: it fires, and whoever looks after
-/// it finds nothing to do.
+/// it finds nothing to do, for each keeps the deadline that holds.
 #[derive(Default, Debug)]
 pub(super) struct Timers {
     heap: BinaryHeap<Reverse<(Time, Timer)>>,
@@ -59,10 +60,10 @@ mod tests {
     fn timers_fire_in_the_order_of_their_deadlines_and_not_before() {
         let mut timers = Timers::default();
         timers.set(Time::from_millis(20), Timer::Pause);
-        timers.set(Time::from_millis(10), Timer::Endpoint(3));
+        timers.set(Time::from_millis(10), Timer::Router);
         assert_eq!(timers.next_deadline(), Some(Time::from_millis(10)));
         assert_eq!(timers.pop_due(Time::from_millis(9)), None);
-        assert_eq!(timers.pop_due(Time::from_millis(20)), Some(Timer::Endpoint(3)));
+        assert_eq!(timers.pop_due(Time::from_millis(20)), Some(Timer::Router));
         assert_eq!(timers.pop_due(Time::from_millis(20)), Some(Timer::Pause));
         assert_eq!(timers.pop_due(Time::from_millis(99)), None);
     }

@@ -6,13 +6,14 @@ use std::net::SocketAddr;
 use tracing::warn;
 
 use super::endpoint::{Endpoint, State};
+use super::endpoint_table::EndpointTable;
 use super::links::{LinkTable, Output, StreamOutput};
 use crate::link::{BATCH, send_datagrams};
 use crate::routing::{LinkId, LinkSet, Packed, Port, Router, Time};
 
 /// Everything that bytes leave by.
 pub(super) struct Io {
-    pub(super) endpoints: Vec<Endpoint>,
+    pub(super) endpoints: EndpointTable,
     pub(super) links: LinkTable,
     /// Links to be closed at the end of the turn, and why: never in the middle, where events of
     /// this turn may still name them.
@@ -26,9 +27,9 @@ pub(super) struct Io {
 }
 
 impl Io {
-    pub(super) fn new(endpoints: Vec<Endpoint>) -> Self {
+    pub(super) fn new() -> Self {
         Self {
-            endpoints,
+            endpoints: EndpointTable::default(),
             links: LinkTable::new(),
             closing: Vec::new(),
             blocked: LinkSet::EMPTY,

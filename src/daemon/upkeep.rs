@@ -8,12 +8,12 @@ use std::time::Duration;
 use tracing::info;
 
 use super::endpoint::{Bound, Role, State};
+use super::endpoint_table::EndpointId;
 use super::event_loop::Daemon;
 use super::links::Output;
 use super::open::{OpenError, own_address};
 use crate::config::{Address, Host, HostPort};
 use crate::link::{Resolved, interface_index, join_multicast};
-use crate::routing::LinkId;
 
 /// How often a name is asked for again while its address is in use.
 const ASK_AGAIN: Duration = Duration::from_secs(30);
@@ -26,7 +26,7 @@ const LOOK_AGAIN: Duration = Duration::from_secs(2);
 
 impl Daemon {
     /// An endpoint was opened at an address: remembers what that depends on.
-    pub(super) fn begin_upkeep(&mut self, index: usize, address: SocketAddr) {
+    pub(super) fn begin_upkeep(&mut self, index: EndpointId, address: SocketAddr) {
         // It was found out a moment ago, in order to open the endpoint.
         let bound = self.bound_to(index, address).unwrap_or_default();
         let endpoint = &mut self.io.endpoints[index];
@@ -36,7 +36,7 @@ impl Daemon {
 
     /// What the sockets of an endpoint are bound to, by which it shows that they have become
     /// useless.
-    fn bound_to(&self, index: usize, address: SocketAddr) -> io::Result<Bound> {
+    fn bound_to(&self, index: EndpointId, address: SocketAddr) -> io::Result<Bound> {
         let config = &self.io.endpoints[index].config;
         if let Some(device) = &config.options.dev {
             return Ok(Bound::Interface(interface_index(device)?));
@@ -50,7 +50,7 @@ impl Daemon {
         }
     }
 
-    fn set_upkeep_deadline(&mut self, index: usize) {
+    fn set_upkeep_deadline(&mut self, index: EndpointId) {
         let endpoint = &self.io.endpoints[index];
         let is_sender = matches!(endpoint.config.address, Address::UdpOut(_));
         if endpoint.bound != Bound::Nothing {
@@ -60,7 +60,7 @@ impl Daemon {
         }
     }
 
-    fn host_name(&self, index: usize) -> Option<(String, u16)> {
+    fn host_name(&self, index: EndpointId) -> Option<(String, u16)> {
         match self.io.endpoints[index].config.address.host_port()? {
             HostPort { host: Host::Name(name), port } => Some((name.clone(), *port)),
             _ => None,
@@ -68,7 +68,7 @@ impl Daemon {
     }
 
     /// Something that is open wants to be looked at.
-    pub(super) fn look_after(&mut self, index: usize) {
+    pub(super) fn look_after(&mut self, index: EndpointId) {
         let endpoint = &self.io.endpoints[index];
         if let Some(address) = endpoint.address
             && endpoint.bound != Bound::Nothing
@@ -99,7 +99,7 @@ impl Daemon {
 
     /// Joins a multicast group once more: an interface that went away has taken the membership with
     /// it. As long as it is there, the system refuses to join twice.
-    fn rejoin(&self, index: usize) {
+    fn rejoin(&self, index: EndpointId) {
         let endpoint = &self.io.endpoints[index];
         if let State::Datagrams(port) = &endpoint.state
             && let (Some(socket), Some(group)) = (&port.group_socket, endpoint.address)
@@ -110,18 +110,11 @@ impl Daemon {
     }
 
     /// Closes all that an endpoint has, and opens it anew.
-    fn reopen(&mut self, index: usize, error: io::Error) {
-        let links = self.router.links();
-        let is_its =
-            |link: &LinkId| self.io.links.get(*link).is_some_and(|link| link.endpoint == index);
-        let its: Vec<LinkId> = links.iter().filter(is_its).collect();
+    fn reopen(&mut self, index: EndpointId, error: io::Error) {
         let endpoint = &mut self.io.endpoints[index];
-        endpoint.state = State::Waiting;
         endpoint.addresses.clear();
         endpoint.next_address = 0;
-        for link in its {
-            self.close_link(link, &error.to_string());
-        }
+        self.close_endpoint(index, &error.to_string());
         let name = self.io.endpoints[index].config.options.dev.clone();
         let action = format!("use the network interface {}", name.unwrap_or_default());
         self.try_later(index, OpenError { action: action.trim_end().to_owned(), error });
@@ -142,7 +135,9 @@ impl Daemon {
     /// Takes what the resolver found out.
     pub(super) fn handle_answers(&mut self) {
         while let Some(Resolved { asker, addresses }) = self.resolver.poll() {
-            self.io.endpoints[asker].is_asking = false;
+            // It may have gone while its question was open.
+            let Some(endpoint) = self.io.endpoints.get_mut(asker) else { continue };
+            endpoint.is_asking = false;
             match addresses {
                 Ok(addresses) if !addresses.is_empty() => self.handle_addresses(asker, addresses),
                 Ok(_) => self.handle_unresolved(asker, io::Error::other("it has no address")),
@@ -152,7 +147,7 @@ impl Daemon {
     }
 
     /// A name means these addresses. IPv4 comes first: that is where ground stations listen.
-    fn handle_addresses(&mut self, index: usize, mut addresses: Vec<SocketAddr>) {
+    fn handle_addresses(&mut self, index: EndpointId, mut addresses: Vec<SocketAddr>) {
         addresses.sort_by_key(SocketAddr::is_ipv6);
         if let State::Datagrams(_) = self.io.endpoints[index].state {
             return self.redirect(index, &addresses);
@@ -164,7 +159,7 @@ impl Daemon {
         }
     }
 
-    fn handle_unresolved(&mut self, index: usize, error: io::Error) {
+    fn handle_unresolved(&mut self, index: EndpointId, error: io::Error) {
         if let State::Datagrams(_) = self.io.endpoints[index].state {
             // What it was is still good.
             return;
@@ -174,7 +169,7 @@ impl Daemon {
     }
 
     /// The host of a sender has these addresses now.
-    fn redirect(&mut self, index: usize, addresses: &[SocketAddr]) {
+    fn redirect(&mut self, index: EndpointId, addresses: &[SocketAddr]) {
         let endpoint = &mut self.io.endpoints[index];
         let State::Datagrams(port) = &mut endpoint.state else { return };
         let Role::Sender { link, remote } = &mut port.role else { return };

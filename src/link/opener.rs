@@ -20,9 +20,9 @@ const CLOSING: Duration = Duration::from_millis(500);
 
 /// What became of a port.
 #[derive(Debug)]
-pub struct SerialAnswer {
-    /// Who asked: the number given with the question.
-    pub asker: usize,
+pub struct SerialAnswer<A> {
+    /// Who asked.
+    pub asker: A,
     /// What was asked for.
     pub outcome: SerialOutcome,
 }
@@ -34,6 +34,8 @@ pub enum SerialOutcome {
     Opened {
         /// Its device node, or a name that leads to that.
         device: Option<PathBuf>,
+        /// How it was set up.
+        settings: SerialSettings,
         /// The port, whose calls return instead of waiting.
         port: io::Result<File>,
     },
@@ -43,15 +45,16 @@ pub enum SerialOutcome {
 
 /// Whom to ask for serial ports. It wakes the poll loop when it has answered.
 ///
-/// Each asker should have one question open at a time; that bounds the threads.
-pub struct Opener {
-    answers: (Sender<SerialAnswer>, Receiver<SerialAnswer>),
+/// Each asker should have one question open at a time; that bounds the threads. `A` is what an asker
+/// is known by.
+pub struct Opener<A> {
+    answers: (Sender<SerialAnswer<A>>, Receiver<SerialAnswer<A>>),
     waker: Arc<Waker>,
     /// Every port that is being closed holds a copy of the sender.
     closing: (Sender<Infallible>, Receiver<Infallible>),
 }
 
-impl Opener {
+impl<A: Send + 'static> Opener<A> {
     /// One that wakes the loop of `waker`.
     pub fn new(waker: Arc<Waker>) -> Self {
         Self { answers: channel(), waker, closing: channel() }
@@ -65,7 +68,7 @@ impl Opener {
     /// If the system refuses another thread.
     pub fn open(
         &self,
-        asker: usize,
+        asker: A,
         device: Option<PathBuf>,
         settings: SerialSettings,
     ) -> io::Result<()> {
@@ -77,7 +80,7 @@ impl Opener {
                 Some(device) => open_serial(device, settings),
                 None => Err(none()),
             };
-            SerialOutcome::Opened { device, port }
+            SerialOutcome::Opened { device, settings, port }
         })
     }
 
@@ -86,14 +89,14 @@ impl Opener {
     /// # Errors
     ///
     /// If the system refuses another thread or descriptor.
-    pub fn set_baud(&self, asker: usize, port: &File, baud: u32) -> io::Result<()> {
+    pub fn set_baud(&self, asker: A, port: &File, baud: u32) -> io::Result<()> {
         let port = port.try_clone()?;
         self.ask(asker, move || SerialOutcome::BaudSet(baud, serial::set_baud(&port, baud)))
     }
 
     fn ask(
         &self,
-        asker: usize,
+        asker: A,
         work: impl FnOnce() -> SerialOutcome + Send + 'static,
     ) -> io::Result<()> {
         let (answers, waker) = (self.answers.0.clone(), Arc::clone(&self.waker));
@@ -107,12 +110,12 @@ impl Opener {
     }
 
     /// The next answer.
-    pub fn poll(&self) -> Option<SerialAnswer> {
+    pub fn poll(&self) -> Option<SerialAnswer<A>> {
         self.answers.1.try_recv().ok()
     }
 
     /// The next answer, if it comes before `limit` is over. For the start, before the loop runs.
-    pub fn wait(&self, limit: Duration) -> Option<SerialAnswer> {
+    pub fn wait(&self, limit: Duration) -> Option<SerialAnswer<A>> {
         self.answers.1.recv_timeout(limit).ok()
     }
 
@@ -152,7 +155,7 @@ mod tests {
         poll.poll(&mut events, None).unwrap();
         let answer = opener.poll().unwrap();
         assert_eq!(answer.asker, 3);
-        let SerialOutcome::Opened { device, port: Err(error) } = answer.outcome else {
+        let SerialOutcome::Opened { device, port: Err(error), .. } = answer.outcome else {
             panic!("/dev/null is no serial port");
         };
         assert_eq!(device, Some("/dev/null".into()));

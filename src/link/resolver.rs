@@ -10,9 +10,9 @@ use mio::Waker;
 
 /// An answer.
 #[derive(Debug)]
-pub struct Resolved {
-    /// Whose question it was: the number given with it.
-    pub asker: usize,
+pub struct Resolved<A> {
+    /// Whose question it was.
+    pub asker: A,
     /// The addresses, in the order to try them; or why there are none.
     pub addresses: io::Result<Vec<SocketAddr>>,
 }
@@ -20,13 +20,13 @@ pub struct Resolved {
 /// Asks the system's resolver, and wakes the poll loop when it has answered.
 ///
 /// A name server that never answers holds up its own question only. Each asker should have one
-/// question open at a time; that bounds the threads.
-pub struct Resolver {
-    answers: (Sender<Resolved>, Receiver<Resolved>),
+/// question open at a time; that bounds the threads. `A` is what an asker is known by.
+pub struct Resolver<A> {
+    answers: (Sender<Resolved<A>>, Receiver<Resolved<A>>),
     waker: Arc<Waker>,
 }
 
-impl Resolver {
+impl<A: Send + 'static> Resolver<A> {
     /// A resolver that wakes the loop of `waker`.
     pub fn new(waker: Arc<Waker>) -> Self {
         Self { answers: channel(), waker }
@@ -37,7 +37,7 @@ impl Resolver {
     /// # Errors
     ///
     /// If the system refuses another thread.
-    pub fn ask(&self, asker: usize, host: String, port: u16) -> io::Result<()> {
+    pub fn ask(&self, asker: A, host: String, port: u16) -> io::Result<()> {
         let (answers, waker) = (self.answers.0.clone(), Arc::clone(&self.waker));
         let ask = move || {
             let addresses = (host.as_str(), port).to_socket_addrs().map(Iterator::collect);
@@ -50,7 +50,7 @@ impl Resolver {
     }
 
     /// The next answer.
-    pub fn poll(&self) -> Option<Resolved> {
+    pub fn poll(&self) -> Option<Resolved<A>> {
         self.answers.1.try_recv().ok()
     }
 }

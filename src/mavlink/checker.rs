@@ -63,6 +63,11 @@ impl Checker {
         Self { dialect, confirmed: Recent::new(), sighted: Recent::new() }
     }
 
+    /// Judges by other definitions from now on. What the traffic has taught stays.
+    pub fn set_dialect(&mut self, dialect: Dialect) {
+        self.dialect = dialect;
+    }
+
     /// The definitions this checker judges by.
     pub fn dialect(&self) -> &Dialect {
         &self.dialect

@@ -87,13 +87,21 @@ impl Group {
         self.best_only |= membership.best_only;
         let number = membership.member;
         match self.members.iter_mut().find(|member| member.number == number) {
-            Some(member) => member.links.insert(link),
+            Some(member) => {
+                member.rank = membership.rank;
+                member.links.insert(link);
+            }
             None => self.members.push(Member {
                 number,
                 rank: membership.rank,
                 links: LinkSet::of(link),
             }),
         }
+    }
+
+    /// Whether to send over the best member only.
+    pub(super) fn set_best_only(&mut self, best_only: bool) {
+        self.best_only = best_only;
     }
 
     /// Takes out a link; if it was the best path, another one is found at once.

@@ -4,6 +4,7 @@
 //! from the reading side into queues that somebody else empties. Rule numbers refer to the
 //! project's routing rules.
 
+mod change;
 mod counters;
 mod dedup;
 mod filter;

@@ -40,6 +40,11 @@ impl Pacer {
         self.rate
     }
 
+    /// What the line carries, in bytes a second.
+    pub(super) fn line_rate(&self) -> u32 {
+        self.line_rate
+    }
+
     /// How many bytes may be sent now. A frame that begins within them may be sent whole.
     pub(super) fn budget(&mut self, now: Time) -> usize {
         let elapsed = i64::try_from(now.since(self.counted).as_micros()).unwrap_or(i64::MAX);

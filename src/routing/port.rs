@@ -53,6 +53,30 @@ impl Port {
         }
     }
 
+    /// Treats the link in another way from now on; what waits and what was counted stays.
+    pub(super) fn set_options(&mut self, mut options: LinkOptions, now: Time) {
+        self.limiter.set_caps(std::mem::take(&mut options.caps));
+        self.filter_in = Filter::new(&options.filter_in);
+        self.filter_out = Filter::new(&options.filter_out);
+        match options.capacity {
+            Capacity::Bytes(_) => self.pacer = None,
+            Capacity::Paced { rate, .. } if self.line_rate() == Some(rate) => {}
+            Capacity::Paced { rate, .. } => self.pacer = Some(Pacer::new(rate, now)),
+        }
+        self.queue.set_limits(limits(options.capacity, self.pacer.as_ref()));
+        self.options = options;
+    }
+
+    /// What the user or the line says of the pace; a radio may have lowered it.
+    fn line_rate(&self) -> Option<u32> {
+        self.pacer.as_ref().map(Pacer::line_rate)
+    }
+
+    /// How the link is treated, all but the caps on messages.
+    pub fn options(&self) -> &LinkOptions {
+        &self.options
+    }
+
     /// Whether a frame that came from this link is taken.
     #[inline]
     pub(super) fn takes(&self, frame: &CheckedFrame<'_>) -> bool {
@@ -101,6 +125,9 @@ impl Port {
         if let Some(pacer) = &mut self.pacer {
             *pacer = Pacer::new(bytes_per_second, now);
             self.queue.set_limits(limits(self.options.capacity, Some(pacer)));
+            if let Capacity::Paced { rate, .. } = &mut self.options.capacity {
+                *rate = bytes_per_second;
+            }
         }
     }
 

@@ -33,6 +33,22 @@ impl RateLimiter {
         Self { caps, next: Vec::with_capacity(entries) }
     }
 
+    /// Limits by other caps from now on. What was let through counts by the new ones too.
+    pub(super) fn set_caps(&mut self, caps: Vec<RateCap>) {
+        if !caps.is_empty() {
+            self.next.reserve_exact(MAX_ENTRIES - self.next.len());
+        }
+        let interval = |id| caps.iter().find(|cap| cap.id == id).map(|cap| cap.interval);
+        let old = std::mem::take(&mut self.caps);
+        self.next.retain_mut(|(_, id, next)| {
+            let before = old.iter().find(|cap| cap.id == *id).map(|cap| cap.interval);
+            let (Some(now), Some(before)) = (interval(*id), before) else { return false };
+            *next = *next - before + now;
+            true
+        });
+        self.caps = caps;
+    }
+
     /// Whether a frame may pass now; if so, it is counted.
     #[inline]
     pub(super) fn permit(&mut self, source: Component, id: MessageId, now: Time) -> bool {

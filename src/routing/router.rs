@@ -23,11 +23,11 @@ pub struct Router {
     pub(super) table: RouteTable,
     pub(super) groups: Vec<Group>,
     /// Links that are sent everything by an option of their own.
-    sniffers: LinkSet,
-    has_sniffers: bool,
+    pub(super) sniffers: LinkSet,
+    pub(super) has_sniffers: bool,
     pub(super) dedup: Dedup,
     /// Links that got something since they were last asked for.
-    dirty: LinkSet,
+    pub(super) dirty: LinkSet,
     /// Links whose queues are filling.
     filling: LinkSet,
     has_filling: bool,
@@ -63,10 +63,7 @@ impl Router {
     pub fn add_link(&mut self, options: LinkOptions, now: Time) -> Option<LinkId> {
         let link = self.links.first_absent()?;
         if let Some(membership) = options.membership {
-            let group = usize::from(membership.group.0);
-            let groups = self.groups.len().max(group + 1);
-            self.groups.resize_with(groups, Group::default);
-            self.groups[group].add(link, membership);
+            self.join_group(link, membership);
         }
         if options.is_sniffer {
             self.sniffers.insert(link);
@@ -92,7 +89,7 @@ impl Router {
         self.dirty.remove(link);
         self.filling.remove(link);
         self.ports[link.index()] = None;
-        self.groups.iter_mut().for_each(|group| group.remove(link));
+        self.leave_groups(link);
         let events = &mut self.events;
         self.table.forget(
             |heard| heard.link == link,

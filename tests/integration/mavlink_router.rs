@@ -172,6 +172,25 @@ fn files_are_found_by_the_environment() {
 }
 
 #[test]
+fn files_are_read_again_on_sighup_and_wrong_ones_change_nothing() {
+    let routerd = Routerd::new();
+    let endpoint = |name: &str, port: u16, mode: &str| {
+        format!("[UdpEndpoint {name}]\nMode = {mode}\nAddress = 127.77.0.6\nPort = {port}\n")
+    };
+    let first = format!("[General]\nTcpServerPort = 0\n{}", endpoint("a", 14550, "Server"));
+    let file = routerd.dir.write("main.conf", &first);
+    let router = routerd.start(&["-c", text(&file)]);
+    let mut vehicle = router.udp("a", VEHICLE);
+    fs::write(&file, first.clone() + &endpoint("b", 14551, "Srver")).unwrap();
+    router.signal(rustix::process::Signal::HUP);
+    router.log.wait_for(&["main.conf:8:8: bad value `Srver` for `Mode`"]);
+    fs::write(&file, first + &endpoint("b", 14551, "Server")).unwrap();
+    router.signal(rustix::process::Signal::HUP);
+    let mut gcs = router.udp("b", GCS);
+    router.assert_serves(&mut gcs, &mut vehicle);
+}
+
+#[test]
 fn what_is_not_there_yet_is_told_once() {
     let routerd = Routerd::new();
     let flags = ["-t0", "-r", "-l", "/var/log", "-T", "-y", "-c", "/nonexistent/main.conf"];

@@ -72,6 +72,25 @@ fn the_status_tells_of_links_and_components() {
 }
 
 #[test]
+fn a_reload_is_told_from_its_beginning_to_its_end_whatever_comes_of_it() {
+    let dir = TempDir::new();
+    let text = "[endpoint.tcp]\naddress = \"tcpin:127.0.0.1:0\"\n";
+    let file = dir.write("mavswitch.toml", text);
+    let manager = Manager::new();
+    let router = manager.launch(&["-c", file.to_str().unwrap()]);
+    let ready = manager.hear();
+    assert_eq!(ready, "READY=1\nSTATUS=0 links, 0 components");
+    for text in [text, "wrong", &format!("strict = true\n{text}")] {
+        fs::write(&file, text).unwrap();
+        router.signal(Signal::HUP);
+        let message = manager.hear();
+        let time = message.strip_prefix("RELOADING=1\nMONOTONIC_USEC=").expect(&message);
+        assert!(time.parse::<u64>().is_ok_and(|time| time > 0), "{message}");
+        assert_eq!(manager.hear(), ready);
+    }
+}
+
+#[test]
 fn the_watchdog_is_fed_before_its_time_is_over() {
     let period = Duration::from_secs(1);
     let manager = Manager::new();

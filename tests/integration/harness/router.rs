@@ -2,6 +2,7 @@
 
 use std::net::SocketAddr;
 use std::os::unix::process::CommandExt;
+use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::thread;
 
@@ -77,6 +78,14 @@ impl Router {
         Self::launch_in(arguments, |command| {
             user.map(|user| command.uid(user).gid(user));
         })
+    }
+
+    /// The same with a terminal as its standard input.
+    pub(crate) fn launch_at(terminal: &Path, arguments: &[&str]) -> Self {
+        let mut command = Command::new("sh");
+        command.args(["-c", "exec \"$0\" \"$@\" <\"$TERMINAL\"", PROGRAM]);
+        without_manager(command.env("TERMINAL", terminal));
+        Self::spawn(&mut command, false, arguments)
     }
 
     /// The same in surroundings of which `prepare` says more.

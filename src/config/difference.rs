@@ -1,0 +1,92 @@
+//! In which keys two configurations of an endpoint differ, and what that means while it is open.
+
+use super::address::Address;
+use super::endpoint::EndpointConfig;
+use super::option_spec::OnChange;
+use super::option_table::OPTIONS;
+
+/// A key whose value is another one.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Difference {
+    /// The key: `address`, or the name of an option.
+    pub key: &'static str,
+    /// What an endpoint that is open needs in order to have the other value.
+    pub needs: OnChange,
+}
+
+impl EndpointConfig {
+    /// All keys in which `other` is not the same.
+    pub fn differences(&self, other: &Self) -> Vec<Difference> {
+        let options = OPTIONS.iter().filter(|spec| {
+            let is_baud = spec.name == "baudrate" && self.has_other_bauds(other);
+            is_baud || spec.show(&self.options) != spec.show(&other.options)
+        });
+        let options = options.map(|spec| Difference { key: spec.name, needs: spec.on_change });
+        let address = Difference { key: "address", needs: OnChange::Reopen };
+        let address = (!self.is_at_same_place(other)).then_some(address);
+        address.into_iter().chain(options).collect()
+    }
+
+    /// Whether an endpoint that is open can become `other` as it is.
+    pub fn can_become(&self, other: &Self) -> bool {
+        self.is_at_same_place(other)
+            && self.differences(other).iter().all(|it| it.needs == OnChange::InPlace)
+    }
+
+    /// Whether both have the same address, apart from baud rates, which are an option.
+    fn is_at_same_place(&self, other: &Self) -> bool {
+        match (&self.address, &other.address) {
+            (Address::Serial { device: a, .. }, Address::Serial { device: b, .. }) => a == b,
+            (a, b) => a == b,
+        }
+    }
+
+    fn has_other_bauds(&self, other: &Self) -> bool {
+        match (&self.address, &other.address) {
+            (Address::Serial { bauds: a, .. }, Address::Serial { bauds: b, .. }) => a != b,
+            _ => false,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn differences(a: &str, b: &str) -> Vec<(&'static str, OnChange)> {
+        let (a, b): (EndpointConfig, EndpointConfig) = (a.parse().unwrap(), b.parse().unwrap());
+        let differences = a.differences(&b);
+        assert_eq!(differences.is_empty(), a == b);
+        let reopens = differences.iter().any(|it| it.needs == OnChange::Reopen);
+        assert_eq!(a.can_become(&b), !reopens);
+        differences.into_iter().map(|it| (it.key, it.needs)).collect()
+    }
+
+    #[test]
+    fn options_say_whether_the_endpoint_has_to_be_opened_again() {
+        let old = "udpout:10.0.0.2?name=gcs&rate=ATTITUDE:4";
+        assert_eq!(differences(old, old), []);
+        let new = "udpout:10.0.0.2?name=laptop&rate=ATTITUDE:5";
+        assert_eq!(
+            differences(old, new),
+            [("name", OnChange::InPlace), ("rate", OnChange::InPlace)]
+        );
+        let new = "udpout:10.0.0.2?name=gcs&bind=:1";
+        assert_eq!(
+            differences(old, new),
+            [("bind", OnChange::Reopen), ("rate", OnChange::InPlace)]
+        );
+        let new = "udpout:10.0.0.3?name=gcs&rate=ATTITUDE:4";
+        assert_eq!(differences(old, new), [("address", OnChange::Reopen)]);
+    }
+
+    #[test]
+    fn baud_rates_are_an_option_and_the_device_is_the_address() {
+        let old = "serial:/dev/ttyS1:57600";
+        let bauds = [("baudrate", OnChange::InPlace)];
+        assert_eq!(differences(old, "serial:/dev/ttyS1:115200,57600"), bauds);
+        let both = [("address", OnChange::Reopen), bauds[0]];
+        assert_eq!(differences(old, "serial:/dev/ttyS2:115200"), both);
+        assert_eq!(differences(old, "udpin::1"), [("address", OnChange::Reopen)]);
+    }
+}

@@ -1,0 +1,321 @@
+//! However a daemon came to its configuration, it is the same daemon.
+
+use std::collections::BTreeSet;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use mio::{Events, Poll, Token};
+
+use super::*;
+use crate::config::{AddressKind, OPTIONS, OnChange};
+use crate::daemon::endpoint::State;
+use crate::daemon::signals::Signals;
+use crate::routing::{Learn, LinkId, LinkOptions, RouterOptions};
+
+/// A host that has whatever configuration the test wants.
+struct Desk {
+    wanted: Mutex<Wanted>,
+    levels: Mutex<Vec<LogLevel>>,
+    /// How often it was asked.
+    loads: AtomicUsize,
+}
+
+type Wanted = Result<DaemonConfig, Vec<String>>;
+
+impl Host for Desk {
+    fn load(&self) -> Wanted {
+        self.loads.fetch_add(1, Ordering::Relaxed);
+        self.wanted.lock().unwrap().clone()
+    }
+
+    fn set_log_level(&self, level: LogLevel) {
+        self.levels.lock().unwrap().push(level);
+    }
+}
+
+fn desk() -> Arc<Desk> {
+    let wanted = Mutex::new(Err(Vec::new()));
+    Arc::new(Desk { wanted, levels: Mutex::default(), loads: AtomicUsize::new(0) })
+}
+
+fn config(texts: &[String], general: &General) -> DaemonConfig {
+    let endpoints = texts.iter().map(|text| text.parse().unwrap()).collect();
+    DaemonConfig { general: general.clone(), endpoints, dialect: Dialect::builtin() }
+}
+
+/// A daemon that has opened what can be opened.
+fn start(config: DaemonConfig, host: Arc<Desk>) -> Daemon {
+    let poll = Poll::new().unwrap();
+    let signals = Signals::deaf(poll.registry(), Token(0)).unwrap();
+    let mut daemon = Daemon::new(config, host, poll, signals).unwrap();
+    daemon.open_all().unwrap();
+    daemon
+}
+
+/// What is wanted instead is read, taken over, and answered to.
+fn reload(daemon: &mut Daemon, host: &Desk, wanted: Wanted) {
+    *host.wanted.lock().unwrap() = wanted;
+    daemon.ask_reload();
+    settle_down(daemon);
+}
+
+/// Lets the daemon work until no reload is under way.
+fn settle_down(daemon: &mut Daemon) {
+    let give_up = Instant::now() + Duration::from_secs(60);
+    let mut events = Events::with_capacity(8);
+    while daemon.reloader.is_reading || daemon.reloader.has_answer() {
+        assert!(Instant::now() < give_up, "nobody reads it");
+        daemon.turn(&mut events, Some(Duration::from_millis(1))).unwrap();
+    }
+}
+
+/// All that the router and the loop know of the endpoints, by their names and not by numbers.
+fn described(daemon: &Daemon) -> Vec<String> {
+    let table = &daemon.io.endpoints;
+    let groups = table.groups();
+    let mut lines = Vec::new();
+    for index in table.ids() {
+        let endpoint = &table[index];
+        let membership = endpoint.membership.map(|m| {
+            assert_eq!(m.member, index.slot());
+            let mates =
+                table.iter().filter(|it| it.membership.is_some_and(|it| it.group == m.group));
+            let mates: BTreeSet<String> = mates.map(|it| it.config.to_string()).collect();
+            (mates, m.rank, m.best_only, groups[usize::from(m.group.0)])
+        });
+        let links: Vec<String> = daemon
+            .links_of(index)
+            .into_iter()
+            .map(|id| {
+                let port = daemon.router.port(id).unwrap();
+                assert_eq!(port.options().membership, endpoint.membership);
+                let options = LinkOptions { membership: None, ..port.options().clone() };
+                format!("{options:?} {:?} {:?}", port.rate(), port.backlog())
+            })
+            .collect();
+        let state = match &endpoint.state {
+            // When the refusal comes is chance.
+            State::Waiting | State::Connecting(..) => "not open",
+            State::Resolving => "resolving",
+            State::Opening => "not open",
+            State::Listening(..) => "listening",
+            State::Datagrams(_) => "datagrams",
+            State::Up(_) => "up",
+        };
+        let lists = (&endpoint.filter_in, &endpoint.filter_out, &endpoint.caps);
+        let (name, config) = (&endpoint.name, &endpoint.config);
+        lines.push(format!("{name}: {config} {lists:?} {membership:?} {state} {links:?}"));
+    }
+    lines.push(format!("{:?}", daemon.router.options()));
+    lines.sort();
+    lines
+}
+
+/// Values of every option that an endpoint can have on any machine.
+const VALUES: &[(&str, &[&str])] = &[
+    ("name", &["a", "b", "c", "d"]),
+    ("bind", &["127.0.0.1:0", "0.0.0.0:0"]),
+    ("dev", &["absent0", "absent1"]),
+    ("baudrate", &[]),
+    ("flow", &["none", "rtscts"]),
+    ("bandwidth", &["1000", "9000", "100000"]),
+    ("queue_time", &["50ms", "1s"]),
+    ("rate", &["ATTITUDE:4", "ATTITUDE:4,RAW_IMU:1", "27:2"]),
+    ("max_peers", &["1", "9"]),
+    ("peer_timeout", &["1s", "9s"]),
+    ("stall_timeout", &["1s", "9s"]),
+    ("retry", &["0", "9s"]),
+    ("sticky", &["true", "false"]),
+    ("pack", &["true", "false"]),
+    ("mtu", &["300", "900"]),
+    ("ttl", &["0", "2"]),
+    ("allow_messages_in", &["RAW_IMU", "27,ATTITUDE"]),
+    ("block_messages_in", &["RAW_IMU", "27,ATTITUDE"]),
+    ("allow_systems_in", &["1", "1,2"]),
+    ("block_systems_in", &["1", "1,2"]),
+    ("allow_components_in", &["1", "1,2"]),
+    ("block_components_in", &["1", "1,2"]),
+    ("allow_messages_out", &["RAW_IMU", "27,ATTITUDE"]),
+    ("block_messages_out", &["RAW_IMU", "27,ATTITUDE"]),
+    ("allow_systems_out", &["1", "1,2"]),
+    ("block_systems_out", &["1", "1,2"]),
+    ("allow_components_out", &["1", "1,2"]),
+    ("block_components_out", &["1", "1,2"]),
+    ("sniffer", &["true", "false"]),
+    ("forward_setup_signing", &["true", "false"]),
+    ("group", &["g", "h", "i"]),
+    ("path", &["all", "best"]),
+    ("prefer", &["3", "7"]),
+    ("dedup", &["100", "200"]),
+];
+
+/// Addresses that open, or do not, in the same way each time.
+const ADDRESSES: &[&str] = &[
+    "udpin:127.0.0.1:0",
+    "udpin:127.0.0.2:0",
+    "tcpin:127.0.0.1:0",
+    "udpout:127.0.0.1:9",
+    "udpout:127.0.0.1:10",
+    "udpbcast:127.255.255.255:9",
+    "serial:/dev/absent-0:57600",
+    "serial:/dev/absent-0:57600,38400",
+    "serial:/dev/absent-0:115200",
+    "serial:/dev/absent-1:57600,115200",
+];
+
+/// Numbers as if by chance, the same for the same seed.
+struct Chance(u64);
+
+impl Chance {
+    fn below(&mut self, end: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        usize::try_from(self.0 % end as u64).unwrap()
+    }
+
+    fn choose<T: Copy>(&mut self, from: &[T]) -> T {
+        from[self.below(from.len())]
+    }
+
+    fn endpoint(&mut self) -> String {
+        let address = self.choose(ADDRESSES);
+        let kind =
+            AddressKind::ALL.iter().find(|kind| address.split(':').next() == Some(kind.scheme()));
+        let mut text = format!("{address}?");
+        let has_group = self.below(3) == 0;
+        for (spec, (_, values)) in OPTIONS.iter().zip(VALUES) {
+            let is_wanted = match spec.name {
+                "name" => self.below(2) == 0,
+                "group" => has_group,
+                _ if spec.needs.is_some() => has_group && self.below(2) == 0,
+                _ => self.below(12) == 0,
+            };
+            if is_wanted && !values.is_empty() && spec.is_for(*kind.unwrap()) {
+                text += &format!("{}={}&", spec.name, self.choose(values));
+            }
+        }
+        text.trim_end_matches(['?', '&']).to_owned()
+    }
+
+    /// Some of the endpoints of `before` as they are, some changed, and some that are new.
+    fn endpoints(&mut self, before: &[String]) -> Vec<String> {
+        let kept = before.iter().filter(|_| self.below(3) > 0).cloned().collect::<Vec<_>>();
+        let mut all: Vec<String> = kept;
+        (0..self.below(5)).for_each(|_| all.push(self.endpoint()));
+        let swaps = all.len();
+        (0..swaps).for_each(|at| all.swap(at, self.0 as usize % swaps));
+        all
+    }
+
+    fn general(&mut self) -> General {
+        let router = RouterOptions {
+            learn: self.choose(&[Learn::All, Learn::Heartbeat]),
+            strict: self.below(2) == 0,
+            route_age: self.choose(&[None, Some(Duration::from_secs(5))]),
+            sniffer: self.choose(&[None, Some(1), Some(200)]),
+        };
+        General { router, ..General::default() }
+    }
+}
+
+#[test]
+fn a_reload_leads_to_what_a_start_leads_to() {
+    let names: Vec<&str> = VALUES.iter().map(|(name, _)| *name).collect();
+    assert_eq!(names, OPTIONS.iter().map(|spec| spec.name).collect::<Vec<_>>());
+    for seed in 1..=20 {
+        let mut chance = Chance(0x9e37_79b9_7f4a_7c15_u64.wrapping_mul(seed));
+        let mut texts = chance.endpoints(&[]);
+        let host = desk();
+        let mut daemon = start(config(&texts, &chance.general()), Arc::clone(&host));
+        for step in 0..10 {
+            texts = chance.endpoints(&texts);
+            let wanted = config(&texts, &chance.general());
+            reload(&mut daemon, &host, Ok(wanted.clone()));
+            let fresh = start(wanted, desk());
+            assert_eq!(
+                described(&daemon),
+                described(&fresh),
+                "seed {seed}, step {step}: {texts:#?}"
+            );
+        }
+    }
+}
+
+/// The link of the only endpoint.
+fn only_link(daemon: &Daemon) -> Option<LinkId> {
+    daemon.router.links().iter().next()
+}
+
+#[test]
+fn every_option_that_claims_it_changes_under_the_link() {
+    for (spec, (name, values)) in OPTIONS.iter().zip(VALUES) {
+        let address = if spec.is_for(AddressKind::UdpOut) {
+            "udpout:127.0.0.1:9"
+        } else if spec.is_for(AddressKind::UdpBroadcast) {
+            "udpbcast:127.255.255.255:9"
+        } else {
+            continue;
+        };
+        let more = spec.needs.map(|needed| format!("&{needed}=g")).unwrap_or_default();
+        let with =
+            |value: &str| config(&[format!("{address}?{name}={value}{more}")], &General::default());
+        let host = desk();
+        let mut daemon = start(with(values[0]), Arc::clone(&host));
+        let link = only_link(&daemon);
+        reload(&mut daemon, &host, Ok(with(values[1])));
+        assert_eq!(described(&daemon), described(&start(with(values[1]), desk())), "{name}");
+        let generation = daemon.io.endpoints.ids()[0];
+        if spec.on_change == OnChange::InPlace {
+            assert_eq!((only_link(&daemon), link.is_some()), (link, true), "{name}");
+        }
+        // And once more the same: nothing happens.
+        reload(&mut daemon, &host, Ok(with(values[1])));
+        assert_eq!(daemon.io.endpoints.ids(), [generation]);
+    }
+}
+
+#[test]
+fn what_is_wrong_changes_nothing() {
+    let host = desk();
+    let texts = ["udpout:127.0.0.1:9?name=a".to_owned()];
+    let mut daemon = start(config(&texts, &General::default()), Arc::clone(&host));
+    let (before, link) = (described(&daemon), only_link(&daemon));
+    reload(&mut daemon, &host, Err(vec!["wrong".to_owned()]));
+    let unknown = ["udpout:127.0.0.1:9?name=a&rate=NOBODY_KNOWS:1".to_owned()];
+    let general = General { log_level: LogLevel::Debug, ..General::default() };
+    reload(&mut daemon, &host, Ok(config(&unknown, &general)));
+    assert_eq!((described(&daemon), only_link(&daemon)), (before, link));
+    assert!(host.levels.lock().unwrap().is_empty());
+    reload(&mut daemon, &host, Ok(config(&texts, &general)));
+    assert_eq!(*host.levels.lock().unwrap(), [LogLevel::Debug]);
+    assert_eq!(only_link(&daemon), link);
+}
+
+#[test]
+fn all_groups_can_get_new_names_at_once() {
+    let named = |prefix: &str| -> Vec<String> {
+        (0..256)
+            .map(|n| format!("udpin:127.0.0.1:0?name=e{n}&group={prefix}{n}&path=best"))
+            .collect()
+    };
+    let host = desk();
+    let mut daemon = start(config(&named("old"), &General::default()), Arc::clone(&host));
+    reload(&mut daemon, &host, Ok(config(&named("new"), &General::default())));
+    assert_eq!(daemon.io.endpoints.groups(), [Some(true); 256]);
+}
+
+#[test]
+fn it_reads_once_more_if_it_was_asked_meanwhile() {
+    let host = desk();
+    let texts = ["udpout:127.0.0.1:9?name=a".to_owned(), "udpout:127.0.0.1:10".to_owned()];
+    let mut daemon = start(config(&texts[..1], &General::default()), Arc::clone(&host));
+    let mut held = host.wanted.lock().unwrap();
+    (0..3).for_each(|_| daemon.ask_reload());
+    *held = Ok(config(&texts, &General::default()));
+    drop(held);
+    settle_down(&mut daemon);
+    assert_eq!(host.loads.load(Ordering::Relaxed), 2);
+    assert_eq!(daemon.io.endpoints.ids().len(), 2);
+}
