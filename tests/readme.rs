@@ -9,7 +9,8 @@ use mavswitch::config::{AddressKind, EndpointConfig, GENERAL, OPTIONS, OnChange,
 use mavswitch::link::{BATCH, Backoff};
 use mavswitch::mavlink::{MAX_DEFINITIONS, MAX_FRAME, MAX_MESSAGES, Splitter};
 use mavswitch::routing::{
-    Capacity, LOOP_WINDOW, LinkOptions, MAX_COMPONENTS, MAX_LINKS, QueueLimits, RouterOptions,
+    Capacity, HELD_BACK, LOOP_WINDOW, LinkOptions, MAX_COMPONENTS, MAX_LINKS, QueueLimits,
+    REMEMBERED, RING_WINDOW, RouterOptions,
 };
 
 const README: &str = include_str!("../README.md");
@@ -134,6 +135,7 @@ fn the_bounds_are_those_of_the_program() {
     assert_eq!(bounds("share of directed frames")[0] * 1_000, shares.immediate);
     assert_eq!(bounds("silence of a route"), [seconds(age)]);
     assert_eq!(bounds("loop window"), [seconds(LOOP_WINDOW)]);
+    assert_eq!(bounds("frames remembered"), [REMEMBERED, seconds(RING_WINDOW), seconds(HELD_BACK)]);
     assert_eq!(bounds("length of a frame"), [MAX_FRAME]);
     assert_eq!(bounds("unfinished frame"), [Splitter::CARRY]);
     assert_eq!(bounds("reading from one link")[3], BATCH);

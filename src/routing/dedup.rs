@@ -1,82 +1,143 @@
-//! Knows frames that came before over another link (rules 49 and 50).
+//! Remembers the frames of the last seconds: over which link each came first (rules 49 and 50).
 
-use std::hash::{BuildHasher, RandomState};
+use std::hash::BuildHasher;
 use std::time::Duration;
+
+use foldhash::quality::RandomState;
 
 use super::link_set::LinkId;
 use super::time::Time;
 
-/// The frames of the last seconds, by a hash of all their bytes.
+/// The last frames, by a hash of all their bytes.
 ///
 /// The sequence number is among the bytes, so a frame comes again only when its sender has sent 256
-/// others, or when it has come by another way.
+/// others, when its sender counts nothing, or when it has come by another way.
 #[derive(Debug)]
 pub(super) struct Dedup {
     /// Keyed by chance, so that nobody can make up a frame that passes for a copy of another.
     hasher: RandomState,
     /// By the low bits of the hash; empty until the first frame.
-    buckets: Vec<[Option<Seen>; WAYS]>,
+    buckets: Vec<Bucket>,
 }
 
+/// A frame that is remembered.
 #[derive(Clone, Copy, Debug)]
-struct Seen {
-    hash: u64,
+pub(super) struct Seen {
+    /// The high bits of its hash; 0: nothing is remembered here.
+    tag: u32,
+    /// In milliseconds. It turns over after 49 days, which nothing stays for that has a successor.
+    at: u32,
+    /// Over which link it came first: that number, in that life.
     link: LinkId,
-    at: Time,
+    life: u8,
+    /// Over which links it came again since, by the remainders of their numbers; and whether the
+    /// first one inherited its place.
+    again: u8,
 }
 
-/// Which frames are copies.
+/// A link for as long as it lives: its number is given again when it is gone.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum CopyFrom {
-    /// Those that came over another link: the same one may say a thing twice.
-    OtherLinks,
-    /// Those that came over the same link: what goes round a ring comes in by the same way again.
-    SameLink,
+pub(super) struct Origin {
+    pub(super) link: LinkId,
+    /// Differs from that of the link that had the number before.
+    pub(super) life: u8,
 }
 
-/// How many frames are remembered: in each bucket the last ones with the same low bits.
-const BUCKETS: usize = 1_024;
-const WAYS: usize = 8;
+/// In `Seen::again`, above the links.
+const INHERITED: u8 = 0x80;
+const LINKS: usize = 7;
+
+/// What fits into a line of the processor's cache; the oldest makes room.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+struct Bucket {
+    seen: [Seen; WAYS],
+    /// Where the next one goes.
+    next: u32,
+}
+
+/// In each bucket are the last ones with the same low bits.
+const BUCKETS: usize = 4_096;
+const WAYS: usize = 5;
+
+/// How many frames are remembered in all.
+pub const REMEMBERED: usize = BUCKETS * WAYS;
+
+const _: () = assert!(size_of::<Bucket>() == 64);
 
 impl Dedup {
     /// A memory of nothing.
     pub(super) fn new() -> Self {
-        Self { hasher: RandomState::new(), buckets: Vec::new() }
+        Self { hasher: RandomState::default(), buckets: Vec::new() }
     }
 
-    /// Whether the frame has come within the `window` already. If not, it is remembered.
-    pub(super) fn is_copy(
-        &mut self,
-        bytes: &[u8],
-        link: LinkId,
-        from: CopyFrom,
-        window: Duration,
-        now: Time,
-    ) -> bool {
+    /// What is remembered of a frame. If nothing is, it is remembered from now on.
+    #[inline]
+    pub(super) fn recall(&mut self, bytes: &[u8], from: Origin, now: Time) -> Option<&mut Seen> {
         let hash = self.hasher.hash_one(bytes);
         if self.buckets.is_empty() {
-            self.buckets = vec![[None; WAYS]; BUCKETS];
+            self.buckets = vec![Bucket::EMPTY; BUCKETS];
         }
         let bucket = &mut self.buckets[hash as usize % BUCKETS];
-        let known = bucket.iter_mut().find(|seen| seen.is_some_and(|seen| seen.hash == hash));
-        let is_copy = |seen: &Seen| {
-            let is_same = seen.link == link;
-            is_same == (from == CopyFrom::SameLink) && now.since(seen.at) < window
-        };
-        let place = match known {
-            Some(Some(seen)) if is_copy(seen) => return true,
-            Some(place) => place,
-            None => oldest(bucket),
-        };
-        *place = Some(Seen { hash, link, at: now });
-        false
+        let tag = (hash >> 32) as u32 | 1;
+        if let Some(place) = bucket.seen.iter().position(|seen| seen.tag == tag) {
+            return Some(&mut bucket.seen[place]);
+        }
+        let place = bucket.next as usize % WAYS;
+        bucket.next = place as u32 + 1;
+        let Origin { link, life } = from;
+        bucket.seen[place] = Seen { tag, at: millis(now), link, life, again: 0 };
+        None
     }
 }
 
-/// The place of a bucket that is free, or was filled first.
-fn oldest(bucket: &mut [Option<Seen>; WAYS]) -> &mut Option<Seen> {
-    let at = (0..WAYS).min_by_key(|at| bucket[*at].map(|seen| seen.at)).unwrap_or(0);
-    &mut bucket[at]
+impl Bucket {
+    const EMPTY: Self = {
+        let nothing = Seen { tag: 0, at: 0, link: LinkId::ZERO, life: 0, again: 0 };
+        Self { seen: [nothing; WAYS], next: 0 }
+    };
+}
+
+impl Seen {
+    /// Over which link it came first.
+    pub(super) fn first(&self) -> Origin {
+        Origin { link: self.link, life: self.life }
+    }
+
+    /// How long ago it came over that link.
+    pub(super) fn age(&self, now: Time) -> Duration {
+        Duration::from_millis(millis(now).wrapping_sub(self.at).into())
+    }
+
+    /// It has come over this link now as if it had never come before.
+    pub(super) fn renew(&mut self, from: Origin, now: Time) {
+        (self.link, self.life) = (from.link, from.life);
+        (self.at, self.again) = (millis(now), 0);
+    }
+
+    /// The same, though it has come before, over a link that is gone.
+    pub(super) fn inherit(&mut self, from: Origin, now: Time) {
+        self.renew(from, now);
+        self.again = INHERITED;
+    }
+
+    /// Whether the first link inherited its place.
+    pub(super) fn is_inherited(&self) -> bool {
+        self.again & INHERITED != 0
+    }
+
+    /// It has come over another link; says whether for the first time since it came over the first
+    /// one. Of two links with the same remainder, the second is not told from the first.
+    pub(super) fn note(&mut self, link: LinkId) -> bool {
+        let bit = 1 << (link.index() % LINKS);
+        let is_new = self.again & bit == 0;
+        self.again |= bit;
+        is_new
+    }
+}
+
+fn millis(time: Time) -> u32 {
+    (time.as_micros() / 1_000) as u32
 }
 
 impl Default for Dedup {
@@ -89,48 +150,62 @@ impl Default for Dedup {
 mod tests {
     use super::*;
 
-    const WINDOW: Duration = Duration::from_millis(200);
-
-    fn links() -> (LinkId, LinkId) {
-        (LinkId::new(1).unwrap(), LinkId::new(2).unwrap())
+    fn links() -> [Origin; 2] {
+        [1, 2].map(|link| Origin { link: LinkId::new(link).unwrap(), life: 0 })
     }
 
     #[test]
-    fn rule_49_a_copy_by_another_link_within_the_window_is_known() {
-        let (radio, modem) = links();
+    fn a_frame_is_known_with_its_first_link_and_its_age() {
+        let [radio, modem] = links();
         let mut dedup = Dedup::new();
         let at = Time::from_millis;
-        assert!(!dedup.is_copy(b"frame", radio, CopyFrom::OtherLinks, WINDOW, at(1_000)));
-        assert!(dedup.is_copy(b"frame", modem, CopyFrom::OtherLinks, WINDOW, at(1_199)));
-        assert!(
-            !dedup.is_copy(b"frame", modem, CopyFrom::OtherLinks, WINDOW, at(1_200)),
-            "too late to be a copy"
-        );
+        assert!(dedup.recall(b"frame", radio, at(1_000)).is_none());
+        let seen = dedup.recall(b"frame", modem, at(1_199)).unwrap();
+        assert_eq!((seen.first(), seen.age(at(1_199)).as_millis()), (radio, 199));
+        seen.renew(modem, at(1_500));
+        let seen = dedup.recall(b"frame", radio, at(1_501)).unwrap();
+        assert_eq!((seen.first(), seen.age(at(1_501)).as_millis()), (modem, 1));
     }
 
     #[test]
-    fn a_repetition_on_the_same_link_is_no_copy() {
-        let (radio, _) = links();
+    fn each_other_link_is_new_once() {
+        let [radio, modem] = links();
         let mut dedup = Dedup::new();
-        for _ in 0..3 {
-            assert!(!dedup.is_copy(b"frame", radio, CopyFrom::OtherLinks, WINDOW, Time::ZERO));
-        }
+        dedup.recall(b"frame", radio, Time::ZERO);
+        let seen = dedup.recall(b"frame", modem, Time::ZERO).unwrap();
+        assert_eq!([modem, modem].map(|from| seen.note(from.link)), [true, false]);
+        seen.renew(radio, Time::ZERO);
+        assert!(seen.note(modem.link), "the first one has brought it again");
+        assert!(!seen.is_inherited());
     }
 
     #[test]
     fn frames_that_differ_in_one_bit_differ() {
-        let (radio, modem) = links();
+        let [radio, modem] = links();
         let mut dedup = Dedup::new();
         for len in 1..64 {
             for bit in 0..len * 8 {
                 let mut bytes = vec![0x55; len];
-                dedup.is_copy(&bytes, radio, CopyFrom::OtherLinks, WINDOW, Time::ZERO);
+                dedup.recall(&bytes, radio, Time::ZERO);
                 bytes[bit / 8] ^= 1 << (bit % 8);
-                assert!(
-                    !dedup.is_copy(&bytes, modem, CopyFrom::OtherLinks, WINDOW, Time::ZERO),
-                    "{len}, bit {bit}"
-                );
+                let known = dedup.recall(&bytes, modem, Time::ZERO);
+                assert!(known.is_none_or(|seen| seen.first() == modem), "{len}, bit {bit}");
+                bytes[0] ^= 0xff;
             }
         }
+    }
+
+    #[test]
+    fn the_last_thousands_are_remembered_and_no_more() {
+        let [radio, _] = links();
+        let mut dedup = Dedup::new();
+        let mut known = |from: u32, to: u32| {
+            let frames = (from..to).map(u32::to_le_bytes);
+            frames.filter(|bytes| dedup.recall(bytes, radio, Time::ZERO).is_some()).count()
+        };
+        assert_eq!(known(0, 1_000), 0);
+        assert!(known(0, 1_000) >= 999, "a thousand");
+        assert_eq!(known(1_000, 200_000), 0);
+        assert_eq!(known(0, 1_000), 0, "long ago");
     }
 }

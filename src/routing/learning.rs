@@ -1,6 +1,7 @@
 //! What a frame teaches the router before it is forwarded: routes, losses, restarts.
 
 use super::link_set::LinkId;
+use super::loops::Arrival;
 use super::options::{Learn, RouterEvent};
 use super::port::Port;
 use super::route_table::{Heard, TableFull};
@@ -18,23 +19,25 @@ const LATE_MS: u32 = 10_000;
 impl Router {
     /// Learns where the source of a frame is, and counts its losses (rules 8, 24, 35 and 51).
     ///
-    /// A copy of what came over another link teaches no route (rule 50), unless within a group: there
-    /// the route is known already, and shall outlive the link that was first. But it was received,
+    /// Where the user wants no copies, one teaches no route (rule 50), unless within a group: there
+    /// the route is known already, and shall outlive the link that was first. Where nothing is said
+    /// of copies, the source can be reached by both links (rule 37). In either case it was received,
     /// and the sequence numbers of this link say so.
     #[inline]
     pub(super) fn learn(
         &mut self,
         link: LinkId,
         frame: &CheckedFrame<'_>,
-        is_copy: bool,
+        arrival: Arrival,
         now: Time,
     ) {
         let source = frame.header.source;
         if !source.is_valid_source() {
             return self.handle_invalid_source(link, source);
         }
-        let is_new = !is_copy || self.port(link).is_some_and(Port::is_in_group);
-        let teaches = frame.verified && is_new && self.may_teach(frame.header.id);
+        let is_news =
+            arrival != Arrival::Copy || self.port(link).is_some_and(Port::learns_of_copies);
+        let teaches = frame.verified && is_news && self.may_teach(frame.header.id);
         let known = self.table.find_mut(source).and_then(|known| known.on_mut(link));
         let Some(heard) = known else {
             if frame.verified {

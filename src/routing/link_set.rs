@@ -20,6 +20,9 @@ impl LinkId {
         if number < MAX_LINKS { Some(Self(number as u16)) } else { None }
     }
 
+    /// The lowest number.
+    pub(super) const ZERO: Self = Self(0);
+
     /// The number, for tables.
     pub const fn index(self) -> usize {
         self.0 as usize

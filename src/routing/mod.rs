@@ -24,10 +24,12 @@ mod sequence;
 mod time;
 
 pub use counters::{DropReason, LinkCounters};
+pub use dedup::REMEMBERED;
 pub use filter::FilterLists;
 pub use fuzz::fuzz_router;
 pub use group::{GroupId, Membership, Quality};
 pub use link_set::{LinkId, LinkSet, Links, MAX_LINKS};
+pub use loops::{HELD_BACK, RING_WINDOW};
 pub use options::{Capacity, LOOP_WINDOW, Learn, LinkOptions, RouterEvent, RouterOptions};
 pub use port::Port;
 pub use queue::{Frames, Full, Packed, Precedence, Queue, QueueLimits, fuzz_queue};

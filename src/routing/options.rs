@@ -63,8 +63,8 @@ pub struct LinkOptions {
     pub caps: Vec<RateCap>,
     /// Its place among links that lead the same way.
     pub membership: Option<Membership>,
-    /// What comes from here is dropped if it came over another such link within this time; 1 s at
-    /// most (rule 49).
+    /// What comes from here is dropped if it came over another link of the group within this time;
+    /// 1 s at most (rule 49). `None`: each link of a group delivers.
     pub dedup: Option<Duration>,
 }
 

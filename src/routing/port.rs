@@ -19,6 +19,8 @@ pub struct Port {
     filter_in: Filter,
     filter_out: Filter,
     limiter: RateLimiter,
+    /// Tells it from the link that had its number before.
+    pub(super) life: u8,
     last_heard: Option<Time>,
     /// Lost frames of late, in parts of 1,024.
     loss: u32,
@@ -34,7 +36,7 @@ const TXBUF: u8 = 6;
 const LOSS_MEMORY: u32 = 64;
 
 impl Port {
-    pub(super) fn new(mut options: LinkOptions, now: Time) -> Self {
+    pub(super) fn new(mut options: LinkOptions, life: u8, now: Time) -> Self {
         let caps = std::mem::take(&mut options.caps);
         let pacer = match options.capacity {
             Capacity::Bytes(_) => None,
@@ -47,6 +49,7 @@ impl Port {
             filter_out: Filter::new(&options.filter_out),
             limiter: RateLimiter::new(caps),
             counters: LinkCounters::default(),
+            life,
             last_heard: None,
             loss: 0,
             options,
@@ -176,9 +179,9 @@ impl Port {
         self.pacer.is_none() && self.queue.is_filling()
     }
 
-    /// Whether other links lead the same way.
-    pub(super) fn is_in_group(&self) -> bool {
-        self.options.membership.is_some()
+    /// Whether what came over another link before shows the way to its source all the same.
+    pub(super) fn learns_of_copies(&self) -> bool {
+        self.options.membership.is_some() || self.options.dedup.is_none()
     }
 
     /// When the pace lets more leave; `None` if nothing waits, or if there is no pace.

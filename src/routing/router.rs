@@ -7,6 +7,7 @@ use super::counters::{DropReason, LinkCounters};
 use super::dedup::Dedup;
 use super::group::{Group, GroupId, Quality};
 use super::link_set::{LinkId, LinkSet, MAX_LINKS};
+use super::loops::Arrival;
 use super::options::{LinkOptions, RouterEvent, RouterOptions};
 use super::port::Port;
 use super::queue::Precedence;
@@ -20,6 +21,8 @@ pub struct Router {
     /// By number. Invariant: occupied exactly for the members of `links`.
     pub(super) ports: Vec<Option<Port>>,
     links: LinkSet,
+    /// How many links there have been, in its lowest bits.
+    lives: u8,
     pub(super) table: RouteTable,
     pub(super) groups: Vec<Group>,
     /// Links that are sent everything by an option of their own.
@@ -46,6 +49,7 @@ impl Router {
             options,
             ports: Vec::new(),
             links: LinkSet::EMPTY,
+            lives: 0,
             table: RouteTable::new(),
             groups: Vec::new(),
             sniffers: LinkSet::EMPTY,
@@ -69,7 +73,8 @@ impl Router {
             self.sniffers.insert(link);
             self.has_sniffers = true;
         }
-        let port = Port::new(options, now);
+        self.lives = self.lives.wrapping_add(1);
+        let port = Port::new(options, self.lives, now);
         if link.index() == self.ports.len() {
             self.ports.push(Some(port));
         } else {
@@ -111,9 +116,9 @@ impl Router {
             port.counters[DropReason::FilteredIn] += 1;
             return self.handle_filtered(link, frame, now);
         }
-        let is_copy = self.is_copy(link, frame, now);
-        self.learn(link, frame, is_copy, now);
-        if is_copy {
+        let arrival = self.arrival(link, frame, now);
+        self.learn(link, frame, arrival, now);
+        if arrival == Arrival::Copy {
             return self.count_drop(link, DropReason::Duplicate);
         }
         let destinations = self.destinations(link, frame, now);

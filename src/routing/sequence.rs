@@ -3,7 +3,10 @@
 /// What the sequence numbers of one component on one link tell.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
 pub struct Sequence {
+    /// The newest, by which gaps are counted.
     last: Option<u8>,
+    /// That of the frame that came last, newest or not.
+    latest: u8,
     /// Frames received.
     pub received: u64,
     /// Frames that were sent before the last one received and did not arrive.
@@ -11,10 +14,16 @@ pub struct Sequence {
 }
 
 impl Sequence {
+    /// The number of the frame that came last: a sender that started again is found by it at once.
+    pub(super) fn latest(&self) -> u8 {
+        self.latest
+    }
+
     /// Takes the next frame's sequence number into account; says how many frames are missing
     /// before it.
     pub fn handle(&mut self, seq: u8) -> u8 {
         self.received += 1;
+        self.latest = seq;
         let Some(last) = self.last else {
             self.last = Some(seq);
             return 0;

@@ -32,9 +32,9 @@ fn after_a_damaged_frame_three_good_ones_of_the_same_write_arrive_at_once() {
     gcs.expect_nothing_from(&mut vehicle);
 }
 
-/// Forty frames full of start bytes, for the ground station.
-fn file_transfer() -> Vec<Vec<u8>> {
-    (0..40).map(|seq| ftp_full_of_start_bytes(VEHICLE, GCS, seq)).collect()
+/// Forty frames full of start bytes, for the ground station; no two transfers have one in common.
+fn file_transfer(number: u16) -> Vec<Vec<u8>> {
+    (0..40).map(|seq| ftp_of_transfer(number, VEHICLE, GCS, seq)).collect()
 }
 
 /// The frames of `file_transfer` that begin at `offset` or behind it.
@@ -47,9 +47,9 @@ fn whole_after(offset: usize, frames: &[Vec<u8>]) -> &[Vec<u8>] {
 fn a_stream_begun_anywhere_within_a_frame_gives_all_whole_frames_and_no_garbage() {
     let router = Router::start(&[TCP, UDP]);
     let mut gcs = router.tcp("tcp", GCS);
-    let frames = file_transfer();
-    let stream = frames.concat();
     for offset in 0..300 {
+        let frames = file_transfer(offset as u16);
+        let stream = frames.concat();
         let mut vehicle = router.tcp_unnoticed("tcp", VEHICLE);
         vehicle.send(&stream[offset..]);
         gcs.expect_each(whole_after(offset, &frames));
@@ -60,9 +60,9 @@ fn a_stream_begun_anywhere_within_a_frame_gives_all_whole_frames_and_no_garbage(
 fn a_udp_peer_that_begins_within_a_frame_loses_only_that_one() {
     let router = Router::start(&[TCP, UDP]);
     let mut gcs = router.tcp("tcp", GCS);
-    let frames = file_transfer();
-    let stream = frames[..8].concat();
     for offset in (1..300).step_by(13) {
+        let frames = file_transfer(offset as u16);
+        let stream = frames[..8].concat();
         let mut vehicle = Peer::new(UdpWire::to(router.address("udp")), VEHICLE);
         // Each long enough for a whole frame: it is a whole one that lets a stranger in.
         for datagram in stream[offset..].chunks(800) {

@@ -85,7 +85,6 @@ fn loss_on_both_paths_is_the_product_of_the_losses() {
 }
 
 #[test]
-#[ignore = "frames that a path held back for longer than dedup=MS are delivered again"]
 fn what_a_path_held_back_is_not_delivered_again() {
     let Some(field) = Field::new() else { return };
     let ground = field.start_ground(|_| GROUP.to_owned());
@@ -95,17 +94,24 @@ fn what_a_path_held_back_is_not_delivered_again() {
     let mut pair = field.start_air(ground, addresses, |_| GROUP.to_owned());
     pair.wait_for_both_paths();
     let rates = Rates { directed: 20, telemetry: 50 };
+    let mut held = Duration::ZERO;
     let reports = fly(&mut pair.vehicle, &mut pair.station, rates, |progress| {
         progress.wait_for(PART);
         modem.set_holding(true);
+        let start = Instant::now();
         progress.wait_for(PART / 2);
+        held = start.elapsed();
         modem.set_holding(false);
         progress.wait_for(PART);
     });
     for report in &reports {
         say(&report.to_string());
         assert_eq!(report.lost(), [], "lost");
-        assert_eq!(report.copies(), [], "delivered again, so long after the first time");
+        // After 256 frames of one source the numbers begin again: on a machine so slow that the path
+        // held back as many, some copies can be taken for new frames.
+        if held < Duration::from_secs(3) {
+            assert_eq!(report.copies(), [], "delivered again, so long after the first time");
+        }
     }
 }
 

@@ -19,6 +19,8 @@ struct Mesh {
     carried: usize,
     /// The cable that loses the next frame.
     loses: Option<usize>,
+    /// The link that closes once it has brought something.
+    leaves: Option<End>,
     /// By chance every fourth frame is lost, if there is any.
     loss: Option<Random>,
     now: Time,
@@ -34,6 +36,7 @@ impl Mesh {
             on_the_way: VecDeque::new(),
             carried: 0,
             loses: None,
+            leaves: None,
             loss: None,
             now,
         };
@@ -62,6 +65,9 @@ impl Mesh {
         while let Some(((router, link), bytes)) = self.on_the_way.pop_front() {
             let (core, now) = (&mut self.routers[router], self.now);
             Receiver::new().each(&bytes, Input::Paused, |frame| core.handle(link, frame, now));
+            if self.leaves == Some((router, link)) {
+                self.routers[router].remove_link(link);
+            }
             for link in self.routers[router].take_dirty().iter() {
                 let port = self.routers[router].port_mut(link).unwrap();
                 let (first, second) = port.head(usize::MAX);
@@ -184,8 +190,8 @@ fn any_mesh(random: &mut Random) -> (usize, Vec<(usize, usize)>) {
     (routers, cables)
 }
 
+/// Each router passes each frame on once, whatever was lost before.
 #[test]
-#[ignore = "what comes in by two links in turn goes round for ever"]
 fn any_mesh_makes_no_storm_whatever_is_lost() {
     for seed in 0..300 {
         let mut random = Random::new(seed);
@@ -199,8 +205,49 @@ fn any_mesh_makes_no_storm_whatever_is_lost() {
         let before = mesh.carried;
         let arrived = mesh.fly(10, vehicle, station);
         let carried = mesh.carried - before;
-        let most = 100 * 4 * cables.len();
-        assert!(carried <= most, "{carried} frames carried for 100");
+        let most = 100 * 2 * cables.len();
+        assert!(carried <= most, "{carried} frames carried for 100: more than once each way");
         assert!(arrived >= 40, "{arrived} of 100 arrive");
+    }
+}
+
+/// Three cables, and every fourth frame is lost: what came over the first came again over the second,
+/// over the first again, and so on.
+#[test]
+fn three_cables_that_lose_frames_make_no_storm() {
+    for seed in 0..100 {
+        let mut mesh = Mesh::new(2, &[(0, 1); 3]);
+        let (vehicle, station) = (mesh.link(0), mesh.link(1));
+        mesh.loss = Some(Random::new(seed));
+        let arrived = mesh.fly(30, vehicle, station);
+        assert!(mesh.carried <= 300 * 3 * 2, "{} frames carried, seed {seed}", mesh.carried);
+        assert!(arrived > 200, "{arrived} of 300 arrive, seed {seed}");
+    }
+}
+
+#[test]
+fn a_directed_frame_arrives_once_in_a_ring() {
+    let rings: [&[(usize, usize)]; 2] = [&[(0, 1), (0, 1)], &[(0, 1), (1, 2), (2, 0)]];
+    for cables in rings {
+        let mut mesh = Mesh::new(3, cables);
+        let (vehicle, station) = (mesh.link(0), mesh.link(1));
+        mesh.send(vehicle, &heartbeat(VEHICLE), station);
+        mesh.send(station, &heartbeat(STATION), vehicle);
+        assert_eq!(mesh.send(station, &command(STATION, VEHICLE), vehicle), 1);
+        assert_eq!(mesh.send(vehicle, &command(VEHICLE, STATION), station), 1);
+    }
+}
+
+/// A script says one thing and is gone, while its frame is on its way round. The router knows it on
+/// the ring alone then, as if it were there.
+#[test]
+fn the_last_words_of_who_is_gone_make_no_storm() {
+    for lossy in [None, Some(0), Some(2)] {
+        let mut mesh = Mesh::new(3, &[(0, 1), (1, 2), (2, 0)]);
+        let (script, station) = (mesh.link(0), mesh.link(1));
+        mesh.loses = lossy;
+        mesh.leaves = Some(script);
+        assert!(mesh.send(script, &heartbeat(VEHICLE), station) > 0);
+        assert!(mesh.carried <= 12, "{} frames over 3 cables for one", mesh.carried);
     }
 }

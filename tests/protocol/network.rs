@@ -104,9 +104,9 @@ pub(crate) fn system_time(from: Component, boot_ms: u32) -> Vec<u8> {
     frame(Version::V2, 0, from, (2, 137), &payload)
 }
 
-pub(crate) fn setup_signing(from: Component, to: Component) -> Vec<u8> {
+pub(crate) fn setup_signing(seq: u8, from: Component, to: Component) -> Vec<u8> {
     let mut payload = [1; 42];
     payload[8] = to.system;
     payload[9] = to.component;
-    signed(0, from, (256, 71), &payload)
+    signed(seq, from, (256, 71), &payload)
 }

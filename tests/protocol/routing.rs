@@ -180,21 +180,21 @@ fn rule_47_setup_signing_is_dropped_unless_both_links_allow_it() {
     };
     let (wired, other_wired, radio) = (link(true), link(true), link(false));
     network.hears(wired, &heartbeat(VEHICLE));
-    assert_eq!(network.hears(radio, &setup_signing(STATION, VEHICLE)), []);
+    assert_eq!(network.hears(radio, &setup_signing(0, STATION, VEHICLE)), []);
     assert_eq!(network.counters(radio)[DropReason::SetupSigning], 1);
-    assert_eq!(network.hears(other_wired, &setup_signing(STATION, VEHICLE)), [wired]);
-    let to_everybody = setup_signing(VEHICLE, Component::new(0, 0));
+    assert_eq!(network.hears(other_wired, &setup_signing(1, STATION, VEHICLE)), [wired]);
+    let to_everybody = setup_signing(2, VEHICLE, Component::new(0, 0));
     assert_eq!(network.hears(wired, &to_everybody), [other_wired]);
 }
 
 #[test]
 fn rule_49_a_source_is_not_sent_to_a_link_where_it_was_just_heard() {
     let (mut network, [left, right, station]) = Network::with_links();
-    network.hears(left, &heartbeat(VEHICLE));
-    assert_eq!(network.hears(right, &heartbeat(VEHICLE)), [station], "the loop is cut");
+    network.hears(left, &attitude(VEHICLE, 0));
+    assert_eq!(network.hears(right, &attitude(VEHICLE, 1)), [station], "the loop is cut");
     assert_eq!(network.counters(left)[DropReason::Loop], 1);
     network.pass(5);
-    assert_eq!(network.hears(right, &heartbeat(VEHICLE)), [left, station], "heard long ago");
+    assert_eq!(network.hears(right, &attitude(VEHICLE, 2)), [left, station], "heard long ago");
 }
 
 #[test]

@@ -183,7 +183,13 @@ pub(crate) fn setup_signing(from: Component, to: Component) -> Vec<u8> {
 
 /// FILE_TRANSFER_PROTOCOL, 266 bytes, its data full of MAVLink 2 start bytes.
 pub(crate) fn ftp_full_of_start_bytes(from: Component, to: Component, seq: u8) -> Vec<u8> {
-    let mut payload = vec![0, to.system, to.component];
+    ftp_of_transfer(0xfdfd, from, to, seq)
+}
+
+/// The same of one of many transfers that have no frame in common.
+pub(crate) fn ftp_of_transfer(number: u16, from: Component, to: Component, seq: u8) -> Vec<u8> {
+    let [high, low] = number.to_be_bytes();
+    let mut payload = vec![0, to.system, to.component, high, low];
     payload.resize(FILE_TRANSFER_PROTOCOL.len, 0xfd);
     Draft::new(from, FILE_TRANSFER_PROTOCOL, payload).seq(seq).build()
 }

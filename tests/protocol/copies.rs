@@ -1,0 +1,171 @@
+//! The same frame again: by another link, round a ring, from a sender that counts nothing, late.
+
+use crate::frames::frame;
+use crate::network::*;
+use mavswitch::mavlink::{Component, Version};
+use mavswitch::routing::{DropReason, GroupId, LinkId, LinkOptions, Membership, RouterOptions};
+use std::time::Duration;
+
+fn step(network: &mut Network, millis: u64) {
+    network.now = network.now + Duration::from_millis(millis);
+}
+
+/// A radio and a modem of one group, and a station.
+fn two_paths(dedup: Option<Duration>) -> (Network, [LinkId; 3]) {
+    let mut network = Network::new(RouterOptions::default());
+    let [radio, modem] = [1, 2].map(|member| {
+        let membership = Membership { group: GroupId(0), member, rank: 0, best_only: false };
+        let membership = Some(membership);
+        network.link_with(LinkOptions { membership, dedup, ..LinkOptions::default() })
+    });
+    let station = network.link();
+    (network, [radio, modem, station])
+}
+
+const DEDUP: Option<Duration> = Some(Duration::from_millis(500));
+
+/// Number `number` of the vehicle's frames, unlike all others.
+fn numbered(number: u32) -> Vec<u8> {
+    frame(Version::V2, number as u8, VEHICLE, (0, 50), &number.to_le_bytes())
+}
+
+#[test]
+fn rule_49_what_comes_by_a_second_link_as_well_is_delivered_once() {
+    let (mut network, [left, right, station]) = Network::with_links();
+    assert_eq!(network.hears(left, &attitude(VEHICLE, 0)), [right, station]);
+    step(&mut network, 1_900);
+    assert_eq!(network.hears(right, &attitude(VEHICLE, 0)), [], "it may have gone round");
+    assert_eq!(network.counters(right)[DropReason::Duplicate], 1);
+    let hears = network.hears(station, &command(STATION, VEHICLE));
+    assert_eq!(hears, [left, right], "either link leads to it all the same");
+}
+
+/// Python programs on pymavlink's lowest level often leave the sequence number at 0.
+#[test]
+fn who_counts_nothing_is_heard_each_time_over_one_link() {
+    let (mut network, [vehicle, station, _other]) = Network::with_links();
+    for _ in 0..1_000 {
+        step(&mut network, 20);
+        network.hears(vehicle, &heartbeat(VEHICLE));
+    }
+    assert_eq!(network.counters(station).frames_out, 1_000);
+    assert_eq!(network.counters(vehicle)[DropReason::Duplicate], 0);
+}
+
+/// Its frames come over two links that are no group: once for each time that it speaks.
+#[test]
+fn who_counts_nothing_is_heard_each_time_over_two_links() {
+    let (mut network, [radio, modem, station]) = Network::with_links();
+    for _ in 0..1_000 {
+        step(&mut network, 20);
+        network.hears(radio, &heartbeat(VEHICLE));
+        network.hears(modem, &heartbeat(VEHICLE));
+    }
+    assert_eq!(network.counters(station).frames_out, 1_000);
+    for _ in 0..150 {
+        step(&mut network, 20);
+        network.hears(modem, &heartbeat(VEHICLE));
+    }
+    let after = network.counters(station).frames_out - 1_000;
+    assert!((50..=51).contains(&after), "{after}: the radio is gone, and after 2 s forgotten");
+}
+
+/// A script that asks one thing and ends, run again at once: the same bytes over a new connection.
+#[test]
+fn a_program_that_connects_anew_is_heard_again() {
+    let (mut network, [vehicle]) = Network::with_links();
+    network.hears(vehicle, &heartbeat(VEHICLE));
+    for run in 0..5 {
+        let script = network.link();
+        assert_eq!(network.hears(script, &heartbeat(STATION)), [vehicle], "run {run}");
+        assert_eq!(network.hears(script, &command(STATION, VEHICLE)), [vehicle], "run {run}");
+        network.router.remove_link(script);
+        step(&mut network, 200);
+    }
+}
+
+#[test]
+fn links_of_a_group_without_dedup_each_deliver() {
+    let (mut network, [radio, modem, station]) = two_paths(None);
+    for number in 0..100 {
+        step(&mut network, 20);
+        for link in [radio, modem] {
+            assert_eq!(network.hears(link, &numbered(number)), [station]);
+        }
+        assert_eq!(network.hears(modem, &numbered(number)), [], "each of them once");
+    }
+    for _ in 0..100 {
+        step(&mut network, 20);
+        assert_eq!(network.hears(radio, &heartbeat(VEHICLE)), [station]);
+        assert_eq!(network.hears(modem, &heartbeat(VEHICLE)), [station]);
+    }
+}
+
+/// The modem has no coverage for a while, and then brings all that it held back. The radio has
+/// brought it long ago.
+#[test]
+fn what_a_path_held_back_is_not_delivered_again() {
+    for (rate, held) in [(1, 20), (4, 20), (50, 10), (100, 29)] {
+        let (mut network, [radio, modem, station]) = two_paths(DEDUP);
+        let mut waiting = Vec::new();
+        for number in 0..rate * held {
+            step(&mut network, 1_000 / u64::from(rate));
+            network.hears(radio, &numbered(number));
+            waiting.push(numbered(number));
+        }
+        let delivered = network.counters(station).frames_out;
+        waiting.iter().for_each(|bytes| drop(network.hears(modem, bytes)));
+        let again = network.counters(station).frames_out - delivered;
+        // Of 256 numbers, those just ahead of the newest may be of new frames with the same bytes.
+        let most = u64::from(rate * held / 256 + 1) * 17;
+        assert!(again <= if rate == 1 { 0 } else { most }, "{again} of {} again", waiting.len());
+    }
+}
+
+/// A command that comes late must not be carried out again.
+#[test]
+fn a_command_that_a_path_held_back_is_not_delivered_again() {
+    let (mut network, [radio, modem, station]) = two_paths(DEDUP);
+    network.hears(station, &heartbeat(STATION));
+    let mut payload = [0; 33];
+    payload[30..].copy_from_slice(&[STATION.system, STATION.component, 1]);
+    let takeoff = frame(Version::V2, 7, VEHICLE, (76, 152), &payload);
+    assert_eq!(network.hears(radio, &takeoff), [station]);
+    for number in 8..28 {
+        step(&mut network, 1_000);
+        network.hears(radio, &numbered(number));
+    }
+    assert_eq!(network.hears(modem, &takeoff), [], "20 s later");
+    assert_eq!(network.counters(modem)[DropReason::Duplicate], 1);
+}
+
+/// The vehicle starts again and counts from 0, with the same heartbeats as before.
+#[test]
+fn who_starts_again_is_not_silenced() {
+    let say = |seq| frame(Version::V2, seq, VEHICLE, (0, 50), &[0, 0, 0, 0, 2, 3, 81, 3, 3]);
+    let (mut network, [radio, modem, station]) = two_paths(DEDUP);
+    let mut fly = |seqs: std::ops::Range<u8>, links: &[LinkId]| {
+        let before = network.counters(station).frames_out;
+        for seq in seqs {
+            step(&mut network, 250);
+            links.iter().for_each(|link| drop(network.hears(*link, &say(seq))));
+        }
+        network.counters(station).frames_out - before
+    };
+    assert_eq!(fly(0..40, &[radio, modem]), 40);
+    assert_eq!(fly(0..20, &[radio, modem]), 20, "started again");
+    assert_eq!(fly(0..10, &[radio]), 10, "and again, on the radio alone");
+    assert_eq!(fly(10..60, &[modem]), 50, "and then on the modem alone");
+    assert!(fly(0..60, &[modem]) >= 52, "where it starts again once more");
+}
+
+/// Two frames of different sources are never copies of each other, nor are two that differ in the
+/// sequence number alone.
+#[test]
+fn rule_49_all_bytes_count() {
+    let (mut network, [left, right, station]) = Network::with_links();
+    network.hears(left, &attitude(VEHICLE, 0));
+    assert_eq!(network.hears(right, &attitude(VEHICLE, 1)), [station]);
+    assert_eq!(network.hears(right, &attitude(CAMERA, 0)), [left, station]);
+    assert_eq!(network.hears(right, &attitude(Component::new(2, 1), 0)), [left, station]);
+}
