@@ -46,7 +46,7 @@ pub use import::{
     ENDPOINT_KEYS, EndpointKey, GENERAL_KEYS, GeneralKey, Imported, ROUTERD_DIR, RouterdArguments,
     RouterdFiles, SectionKind, TcpServer, fuzz_import, import_routerd,
 };
-pub use merge::{Config, Endpoint};
+pub use merge::{Config, Endpoint, MAX_ENDPOINTS};
 pub use option_spec::{OnChange, OptionSpec};
 pub use option_table::OPTIONS;
 pub use options::{EndpointOptions, FilterOptions, FlowControl, MessageRef, PathChoice};
