@@ -12,7 +12,7 @@ use super::ini::{self, Entry, Section};
 use super::merge::Merged;
 use super::names::{find, kind_of, unknown_key};
 use super::{value, write};
-use crate::config::merge::{Config, Endpoint};
+use crate::config::merge::{Config, Endpoint, too_many};
 use crate::config::place::{ConfigError, ConfigProblem};
 use crate::config::source::Source;
 use crate::config::write::unused_name;
@@ -188,6 +188,7 @@ impl Reader {
         let is_written = self.tcp_server_is_written;
         let tcp_server = self.draft.tcp_port.map(|port| TcpServer { port, is_written });
         config.endpoints.extend(tcp_server.iter().flat_map(|it| endpoint::tcp_server(it.port)));
+        self.problems.extend(too_many(&config.endpoints));
         settle_all(&mut config.endpoints, self.draft.dedup);
         let notes = self.notes;
         ConfigError::unless_none(Imported { config, notes, tcp_server }, self.problems)
