@@ -6,7 +6,7 @@
 use std::env;
 use std::ffi::OsStr;
 use std::io::ErrorKind;
-use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::net::{Ipv6Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
@@ -158,8 +158,8 @@ fn named(variable: &str) -> Option<PathBuf> {
 
 /// Whether nobody else can listen on a TCP port.
 fn is_taken(port: u16) -> bool {
-    let address = SocketAddr::new(IpAddr::V4(Ipv4Addr::UNSPECIFIED), port);
-    listen(address, None).is_err_and(|error| error.kind() == ErrorKind::AddrInUse)
+    let address = SocketAddr::new(Ipv6Addr::UNSPECIFIED.into(), port);
+    listen(address, None, true).is_err_and(|error| error.kind() == ErrorKind::AddrInUse)
 }
 
 /// What to type, for who typed nothing.
@@ -215,7 +215,7 @@ mod tests {
         let server = || cli.import().unwrap().tcp_server;
         let first = server();
         // Now the port is taken for sure, by this test or by another program.
-        let _own = listen((Ipv4Addr::UNSPECIFIED, TCP_PORT).into(), None);
+        let _own = listen((Ipv6Addr::UNSPECIFIED, TCP_PORT).into(), None, true);
         assert_eq!(server(), first);
     }
 

@@ -1,8 +1,6 @@
-//! An endpoint of mavlink-router as one or two of ours.
-//!
-//! Two are needed where mavlink-router has one socket for IPv4 and IPv6: ours take one of the two.
+//! An endpoint of mavlink-router as one of ours.
 
-use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
+use std::net::{IpAddr, Ipv6Addr};
 
 use super::endpoint_keys::{EndpointDraft, Mode, SectionKind};
 use crate::config::address::Address;
@@ -22,9 +20,6 @@ const FIRST_UDP_PORT: u16 = 14_550;
 /// What the TCP server is called.
 const TCP_SERVER: &str = "tcp-server";
 
-/// How many endpoints the TCP server is.
-pub(super) const TCP_SERVER_ENDPOINTS: usize = 2;
-
 /// Gives those that send by UDP and have no port one that no other of the same address has.
 pub(super) fn give_ports(drafts: &mut [EndpointDraft]) {
     for index in 0..drafts.len() {
@@ -41,34 +36,27 @@ pub(super) fn give_ports(drafts: &mut [EndpointDraft]) {
     }
 }
 
-/// Makes our endpoints. One that lacks a key that it must have gives none: that is told elsewhere.
-pub(super) fn settle(draft: &EndpointDraft) -> Result<Vec<Endpoint>, ConfigProblem> {
-    let addresses = match draft.kind {
-        SectionKind::Uart => serial(draft)?.into_iter().collect(),
+/// Makes our endpoint. One that lacks a key that it must have gives none: that is told elsewhere.
+pub(super) fn settle(draft: &EndpointDraft) -> Result<Option<Endpoint>, ConfigProblem> {
+    let address = match draft.kind {
+        SectionKind::Uart => serial(draft)?,
         SectionKind::Udp => udp(draft)?,
-        SectionKind::Tcp => at(draft).map(Address::TcpOut).into_iter().collect(),
+        SectionKind::Tcp => at(draft).map(Address::TcpOut),
     };
-    let endpoint = |(number, address): (usize, Address)| {
-        let mut options = draft.options.clone();
-        let name = draft.name.clone();
-        options.name = if number == 0 { name } else { name.map(|name| format!("{name} IPv4")) };
+    let options = EndpointOptions { name: draft.name.clone(), ..draft.options.clone() };
+    Ok(address.map(|address| {
         let config = EndpointConfig { address, options };
         Endpoint { config, place: draft.place.clone(), keys: Vec::new() }
-    };
-    Ok(addresses.into_iter().enumerate().map(endpoint).collect())
+    }))
 }
 
 /// The TCP server: whoever connects, by IPv4 or IPv6.
-pub(super) fn tcp_server(port: u16) -> [Endpoint; TCP_SERVER_ENDPOINTS] {
-    let endpoint = |ip: IpAddr, name: &str| {
-        let address = Address::TcpIn(HostPort { host: Host::Ip(ip), port });
-        let options = EndpointOptions { name: Some(name.to_owned()), ..EndpointOptions::default() };
-        Endpoint::from(EndpointConfig { address, options })
-    };
-    [
-        endpoint(Ipv4Addr::UNSPECIFIED.into(), TCP_SERVER),
-        endpoint(Ipv6Addr::UNSPECIFIED.into(), &format!("{TCP_SERVER} IPv6")),
-    ]
+pub(super) fn tcp_server(port: u16) -> Endpoint {
+    let host = Host::Ip(Ipv6Addr::UNSPECIFIED.into());
+    let address = Address::TcpIn(HostPort { host, port });
+    let name = Some(TCP_SERVER.to_owned());
+    let options = EndpointOptions { name, ..EndpointOptions::default() };
+    Endpoint::from(EndpointConfig { address, options })
 }
 
 fn refuse(draft: &EndpointDraft, text: String) -> ConfigProblem {
@@ -95,23 +83,19 @@ fn serial(draft: &EndpointDraft) -> Result<Option<Address>, ConfigProblem> {
     Err(refuse(draft, text))
 }
 
-fn udp(draft: &EndpointDraft) -> Result<Vec<Address>, ConfigProblem> {
+fn udp(draft: &EndpointDraft) -> Result<Option<Address>, ConfigProblem> {
     let Some(at) = at(draft) else {
         let has_address = draft.host.is_some();
         let text = "a UdpEndpoint of mode server has no `Port`: add one".to_owned();
-        return if has_address { Err(refuse(draft, text)) } else { Ok(Vec::new()) };
+        return if has_address { Err(refuse(draft, text)) } else { Ok(None) };
     };
     let is_multicast = at.host.ip().is_some_and(|ip| ip.is_multicast());
-    Ok(match draft.mode {
-        _ if is_multicast => vec![Address::Multicast(at)],
-        Mode::Normal if is_broadcast(&at.host) => vec![Address::UdpBroadcast(at)],
-        Mode::Normal => vec![Address::UdpOut(at)],
-        Mode::Server if at.host.ip() == Some(Ipv6Addr::UNSPECIFIED.into()) => {
-            let ipv4 = HostPort { host: Host::UNSPECIFIED, port: at.port };
-            vec![Address::UdpIn(at), Address::UdpIn(ipv4)]
-        }
-        Mode::Server => vec![Address::UdpIn(at)],
-    })
+    Ok(Some(match draft.mode {
+        _ if is_multicast => Address::Multicast(at),
+        Mode::Server => Address::UdpIn(at),
+        Mode::Normal if is_broadcast(&at.host) => Address::UdpBroadcast(at),
+        Mode::Normal => Address::UdpOut(at),
+    }))
 }
 
 /// Whether an address is, in all likelihood, the broadcast address of a network: the netmask is not

@@ -2,7 +2,7 @@
 //!
 //! The files are read line by line (`ini`), files and command line become one list of sections
 //! (`merge`), the tables of keys say what each line means (`general_keys`, `endpoint_keys`), and an
-//! endpoint of theirs becomes one or two of ours (`endpoint`). What comes out is a `Config` like that
+//! endpoint of theirs becomes one of ours (`endpoint`). What comes out is a `Config` like that
 //! of any other file, so that nobody else knows where it came from; what has no equivalent is told
 //! in notes.
 

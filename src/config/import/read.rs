@@ -20,7 +20,7 @@ use crate::config::write::unused_name;
 /// A configuration of mavlink-router as one of ours.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Imported {
-    /// What it says. The listeners of [`tcp_server`](Self::tcp_server) are the last endpoints.
+    /// What it says. The last endpoint is [`tcp_server`](Self::tcp_server), if there is one.
     pub config: Config,
     /// What in it has no equivalent, or was probably not meant; in the order of the text.
     pub notes: Vec<ConfigProblem>,
@@ -28,7 +28,7 @@ pub struct Imported {
     pub tcp_server: Option<TcpServer>,
 }
 
-/// The TCP server, which is two endpoints: one for IPv4 and one for IPv6.
+/// The TCP server, for IPv4 and IPv6.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct TcpServer {
     /// The port; not 0.
@@ -41,8 +41,7 @@ impl Imported {
     /// Takes the TCP server out again, and tells why.
     pub fn leave_out_tcp_server(&mut self, why: &str) {
         if self.tcp_server.take().is_some() {
-            let left = self.config.endpoints.len().saturating_sub(endpoint::TCP_SERVER_ENDPOINTS);
-            self.config.endpoints.truncate(left);
+            self.config.endpoints.pop();
             self.notes.push(ConfigProblem::of_file(&"TcpServerPort".into(), why));
         }
     }
@@ -181,13 +180,13 @@ impl Reader {
         let mut config = Config { general: self.draft.general, endpoints: Vec::new() };
         for draft in self.endpoints {
             match endpoint::settle(&draft) {
-                Ok(endpoints) => config.endpoints.extend(endpoints),
+                Ok(endpoint) => config.endpoints.extend(endpoint),
                 Err(problem) => self.problems.push(problem),
             }
         }
         let is_written = self.tcp_server_is_written;
         let tcp_server = self.draft.tcp_port.map(|port| TcpServer { port, is_written });
-        config.endpoints.extend(tcp_server.iter().flat_map(|it| endpoint::tcp_server(it.port)));
+        config.endpoints.extend(tcp_server.map(|it| endpoint::tcp_server(it.port)));
         self.problems.extend(too_many(&config.endpoints));
         settle_all(&mut config.endpoints, self.draft.dedup);
         let notes = self.notes;

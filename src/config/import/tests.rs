@@ -65,7 +65,6 @@ fn a_command_line_means_what_it_means_to_mavlink_router() {
         "serial:/dev/ttyS2:115200",
         "udpin:0.0.0.0:24550",
         "udpin:[::]:24551",
-        "udpin:0.0.0.0:24551",
         "udpout:192.168.7.1:14550",
         "udpout:127.0.0.1:14550",
         "udpout:127.0.0.1:14551",
@@ -111,12 +110,12 @@ fn the_tcp_server_is_there_unless_it_is_turned_off() {
     };
     let mut unsaid = command_line(&RouterdArguments::default()).unwrap();
     assert_eq!(unsaid.tcp_server, Some(TcpServer { port: 5760, is_written: false }));
-    assert_eq!(addresses(&unsaid), ["tcpin:0.0.0.0:5760", "tcpin:[::]:5760"]);
+    assert_eq!(addresses(&unsaid), ["tcpin:[::]:5760"]);
     unsaid.leave_out_tcp_server("it is taken");
     assert_eq!((addresses(&unsaid).len(), unsaid.notes.len()), (0, 1));
     let moved = command_line(&with("5790")).unwrap();
     assert_eq!(moved.tcp_server, Some(TcpServer { port: 5790, is_written: true }));
-    assert_eq!(addresses(&moved), ["tcpin:0.0.0.0:5790", "tcpin:[::]:5790"]);
+    assert_eq!(addresses(&moved), ["tcpin:[::]:5790"]);
     assert_eq!(command_line(&with("0")).unwrap().config.endpoints, []);
 }
 

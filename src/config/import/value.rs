@@ -53,7 +53,7 @@ pub(super) fn host(text: &str) -> Option<Host> {
 
 /// A host as sockets take it; `None` for a link-local address that does not say on which interface.
 ///
-/// An IPv4 address in the clothes of IPv6 is one of IPv4: our sockets take one of the two only.
+/// An IPv4 address in the clothes of IPv6 is one of IPv4.
 pub(super) fn settle_host(host: Host) -> Option<Host> {
     match host {
         host if host.without_zone().is_some() => None,
