@@ -18,7 +18,7 @@ use super::reload::{Host, Reloader};
 use super::settings::settle;
 use super::signals::Signals;
 use super::timers::Timers;
-use super::transmit::Io;
+use super::transmit::{Io, tell_of_room};
 use crate::config::{EndpointConfig, General};
 use crate::link::{Inbox, Opener, Resolver};
 use crate::mavlink::{Checker, Dialect};
@@ -161,6 +161,7 @@ impl Daemon {
         signals: Signals,
     ) -> Result<Self, StartError> {
         let waker = Arc::new(Waker::new(poll.registry(), WAKE).map_err(StartError::System)?);
+        let registry = poll.registry().try_clone().map_err(StartError::System)?;
         let now = Time::ZERO;
         Ok(Self {
             poll,
@@ -175,7 +176,7 @@ impl Daemon {
             general,
             checker: Checker::new(dialect),
             inbox: Inbox::new(),
-            io: Io::new(),
+            io: Io::new(registry),
             timers: Timers::default(),
             router_deadline: None,
             ready: Vec::new(),
@@ -307,6 +308,9 @@ impl Daemon {
             State::Datagrams(port) => {
                 if event.is_writable() && !port.writable {
                     port.writable = true;
+                    let registry = self.poll.registry();
+                    // If it fails there are wake-ups for nothing, and no harm.
+                    let _ = tell_of_room(registry, &mut port.socket, event.token(), false);
                     let links = port.links();
                     links.iter().for_each(|link| self.io.flush(&mut self.router, *link, self.now));
                 }
@@ -331,6 +335,8 @@ impl Daemon {
         output.read_closed |= event.is_read_closed() || event.is_error();
         if event.is_writable() && !output.writable {
             output.writable = true;
+            // As above.
+            let _ = tell_of_room(self.poll.registry(), &mut output.stream, event.token(), false);
             self.io.flush(&mut self.router, id, self.now);
         }
         if event.is_readable() || event.is_read_closed() || event.is_error() {

@@ -10,6 +10,7 @@ use super::endpoint::{Answerer, DatagramPort, Endpoint, Peers, Role, State};
 use super::endpoint_table::EndpointId;
 use super::event_loop::{Daemon, Meaning};
 use super::links::Output;
+use super::transmit::UNLESS_FULL;
 use crate::config::{Address, Host, HostPort};
 use crate::link::{UdpSettings, connect, interface_index, join_multicast, listen, open_udp};
 use crate::routing::LinkId;
@@ -169,10 +170,9 @@ impl Daemon {
         action: impl Fn() -> String,
     ) -> Result<(), OpenError> {
         let token = Meaning::Endpoint(index.slot()).token();
-        let interest = Interest::READABLE | Interest::WRITABLE;
-        doing(&action, self.registry().register(&mut port.socket, token, interest))?;
+        doing(&action, self.registry().register(&mut port.socket, token, UNLESS_FULL))?;
         if let Some(socket) = &mut port.group_socket {
-            doing(&action, self.registry().register(socket, token, Interest::READABLE))?;
+            doing(&action, self.registry().register(socket, token, UNLESS_FULL))?;
         }
         self.set_open(index, State::Datagrams(port));
         Ok(())
