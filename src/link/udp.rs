@@ -6,6 +6,8 @@ use std::net::{IpAddr, SocketAddr};
 use mio::net::UdpSocket;
 use socket2::{Domain, InterfaceIndexOrAddress, Protocol, SockRef, Socket, Type};
 
+use super::sys;
+
 /// The kernel's receive buffer that we ask for, in bytes: a burst of some thousand frames.
 const RECEIVE_BUFFER: usize = 1 << 20;
 
@@ -18,11 +20,15 @@ pub struct UdpSettings<'a> {
     pub broadcast: bool,
     /// May share its port with others, as the listeners of a multicast group do.
     pub shared: bool,
+    /// At an IPv6 address, speaks with IPv4 peers as well.
+    pub takes_ipv4: bool,
+    /// Is told when what it sends is refused; see [`super::take_refusals`].
+    pub hears_refusals: bool,
     /// How many networks a multicast datagram may pass.
     pub multicast_ttl: Option<u8>,
 }
 
-/// Opens a socket at a local address. An IPv6 socket takes IPv6 only, so that both may be named.
+/// Opens a socket at a local address.
 ///
 /// # Errors
 ///
@@ -31,7 +37,7 @@ pub fn open_udp(local: SocketAddr, settings: UdpSettings<'_>) -> io::Result<UdpS
     let socket = Socket::new(Domain::for_address(local), Type::DGRAM, Some(Protocol::UDP))?;
     socket.set_nonblocking(true)?;
     if local.is_ipv6() {
-        socket.set_only_v6(true)?;
+        socket.set_only_v6(!settings.takes_ipv4)?;
     }
     if let Some(device) = settings.device {
         socket.bind_device(Some(device.as_bytes()))?;
@@ -43,6 +49,9 @@ pub fn open_udp(local: SocketAddr, settings: UdpSettings<'_>) -> io::Result<UdpS
             SocketAddr::V4(_) => socket.set_multicast_ttl_v4(ttl.into())?,
             SocketAddr::V6(_) => socket.set_multicast_hops_v6(ttl.into())?,
         }
+    }
+    if settings.hears_refusals {
+        sys::report_refusals(&socket, local.is_ipv6())?;
     }
     // The system may grant less; that is no reason to stop.
     let _ = socket.set_recv_buffer_size(RECEIVE_BUFFER);
