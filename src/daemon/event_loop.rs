@@ -61,6 +61,8 @@ pub(super) struct Daemon {
     pub(super) accepting: Vec<EndpointId>,
     /// Links that stopped in the middle of a frame.
     pub(super) unfinished: LinkSet,
+    /// When [`super::timers::Timer::Pause`] has something to do.
+    pub(super) pause_timer: Option<Time>,
     /// Where a datagram of somebody unknown stands while it is looked at.
     pub(super) stranger: Vec<u8>,
     pub(super) component_log: LogLimit,
@@ -180,6 +182,7 @@ impl Daemon {
             ready: Vec::new(),
             accepting: Vec::new(),
             unfinished: LinkSet::EMPTY,
+            pause_timer: None,
             stranger: Vec::new(),
             component_log: LogLimit::new(now),
             notifier: Notifier::from_environment(),
@@ -310,6 +313,9 @@ impl Daemon {
                     let _ = tell_of_room(registry, &mut port.socket, event.token(), false);
                     let links = port.links();
                     links.iter().for_each(|link| self.io.flush(&mut self.router, *link, self.now));
+                }
+                if event.is_error() {
+                    self.handle_refusals(index);
                 }
                 if event.is_readable() || event.is_error() {
                     self.receive_datagrams(index);

@@ -108,7 +108,10 @@ impl Daemon {
         let action = || format!("send to {remote}");
         let options = self.io.endpoints[index].options();
         let local = doing(action, bind_address(options.bind.as_ref(), remote))?;
-        let settings = UdpSettings { device: options.dev.as_deref(), ..UdpSettings::default() };
+        // Who refuses may have moved, if it is known by name.
+        let hears_refusals = self.host_name(index).is_some();
+        let device = options.dev.as_deref();
+        let settings = UdpSettings { device, hears_refusals, ..UdpSettings::default() };
         let socket = doing(|| format!("send from {local}"), open_udp(local, settings))?;
         let local = doing(action, socket.local_addr())?;
         let link = self.add_sender_link(index, remote, local)?;

@@ -10,7 +10,7 @@ use super::endpoint::{Endpoint, State};
 use super::endpoint_table::EndpointTable;
 use super::event_loop::Meaning;
 use super::links::{LinkTable, Output, StreamOutput};
-use crate::link::{BATCH, send_datagrams};
+use crate::link::{BATCH, send_datagrams, take_refusals};
 use crate::routing::{LinkId, LinkSet, Packed, Port, Router, Time};
 
 /// Everything that bytes leave by.
@@ -148,7 +148,7 @@ fn flush_datagrams(peer: SocketAddr, port: &mut Port, endpoint: &mut Endpoint, n
     let State::Datagrams(datagrams) = &mut endpoint.state else { return true };
     let destination = datagrams.destination(peer, now);
     let longest = if endpoint.config.options.pack { endpoint.config.options.mtu } else { 0 };
-    let mut failure = None;
+    let (mut failure, mut refused) = (None, false);
     while datagrams.writable {
         let sendable = port.sendable(now);
         if sendable == 0 {
@@ -156,10 +156,12 @@ fn flush_datagrams(peer: SocketAddr, port: &mut Port, endpoint: &mut Endpoint, n
         }
         let socket = &datagrams.socket;
         let waiting = port.frames().packed(usize::from(longest));
-        let (sent, error) = send_datagrams(socket, destination, within(waiting, sendable));
-        let sent: usize = port.frames().packed(usize::from(longest)).take(sent).map(len).sum();
-        port.consume(sent);
-        match error {
+        let sent = send_datagrams(socket, destination, within(waiting, sendable));
+        refused |= sent.refused;
+        let bytes: usize =
+            port.frames().packed(usize::from(longest)).take(sent.count).map(len).sum();
+        port.consume(bytes);
+        match sent.error {
             None => {}
             Some(error) if error.kind() == io::ErrorKind::WouldBlock => datagrams.writable = false,
             // Too long, no route, no buffers: this datagram is lost, the link is not.
@@ -170,7 +172,10 @@ fn flush_datagrams(peer: SocketAddr, port: &mut Port, endpoint: &mut Endpoint, n
             }
         }
     }
-    let is_sent = failure.is_none();
+    if refused {
+        take_refusals(&datagrams.socket, BATCH);
+    }
+    let is_sent = failure.is_none() && !refused;
     // Told once, until it works again or another reason is found.
     let kind = |failure: &Option<(SocketAddr, io::Error)>| failure.as_ref().map(|it| it.1.kind());
     endpoint.unsendable_is_told &= kind(&failure) == kind(&endpoint.unsendable);
