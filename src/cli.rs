@@ -7,7 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
 use crate::config::{
-    self, CONFIG_DIR, Config, ConfigError, Endpoint, EndpointConfig, General, LogFormat, LogLevel,
+    self, CONFIG_DIR, Config, ConfigError, EndpointConfig, General, LogFormat, LogLevel,
     default_files, load_config,
 };
 use crate::routing::Learn;
@@ -140,14 +140,14 @@ impl Cli {
     ///
     /// # Errors
     ///
-    /// If a file cannot be read or is wrong.
+    /// If a file cannot be read or is wrong, or if the command line does not go with it.
     pub fn config(&self) -> Result<Config, ConfigError> {
         let route = match &self.command {
             Some(Command::Config(route)) => route,
             _ => &self.route,
         };
         let mut config = load_config(&config_files(route.config.as_deref())?)?;
-        route.apply_to(&mut config);
+        route.apply_to(&mut config)?;
         self.log.apply_to(&mut config.general);
         Ok(config)
     }
@@ -167,7 +167,7 @@ pub fn config_files(named: Option<&Path>) -> Result<Vec<PathBuf>, ConfigError> {
 
 impl RouteArgs {
     /// Adds what stands here to what the files say, and overrides it.
-    fn apply_to(&self, config: &mut Config) {
+    fn apply_to(&self, config: &mut Config) -> Result<(), ConfigError> {
         let router = &mut config.general.router;
         match self.learn {
             Some(LearnFrom::All) => router.learn = Learn::All,
@@ -182,7 +182,7 @@ impl RouteArgs {
         if !self.dialect.is_empty() {
             config.general.dialect.clone_from(&self.dialect);
         }
-        config.endpoints.extend(self.endpoints.iter().cloned().map(Endpoint::from));
+        config.add(&self.endpoints)
     }
 }
 

@@ -5,7 +5,9 @@
 
 use clap::CommandFactory;
 use mavswitch::cli::Cli;
-use mavswitch::config::{AddressKind, EndpointConfig, GENERAL, OPTIONS, OnChange, OptionSpec};
+use mavswitch::config::{
+    AddressKind, EndpointConfig, GENERAL, MAX_ENDPOINTS, OPTIONS, OnChange, OptionSpec,
+};
 use mavswitch::link::{BATCH, Backoff};
 use mavswitch::mavlink::{MAX_DEFINITIONS, MAX_FRAME, MAX_MESSAGES, Splitter};
 use mavswitch::routing::{
@@ -128,6 +130,7 @@ fn the_bounds_are_those_of_the_program() {
     let delays: Vec<_> = (0..9).map(|_| backoff.next_delay().as_millis() as usize).collect();
 
     assert_eq!(bounds("links in all"), [MAX_LINKS]);
+    assert_eq!(bounds("endpoints"), [MAX_ENDPOINTS]);
     assert_eq!(bounds("components known"), [MAX_COMPONENTS]);
     assert_eq!(bounds("queue of a link without pace"), [queue]);
     assert_eq!(bounds("queue of a paced link")[1], least);

@@ -20,13 +20,59 @@ use super::place::{ConfigError, ConfigProblem, Place};
 /// What the option is called that says the same as a part of the address.
 const BAUDRATE: &str = "baudrate";
 
+/// How many endpoints there can be: more than there can be links.
+pub const MAX_ENDPOINTS: usize = 4_096;
+
 /// What is configured: everything is complete and in range.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Config {
     /// For the program as a whole.
     pub general: General,
-    /// What to join.
+    /// What to join: at most [`MAX_ENDPOINTS`], and no two with the same `name`.
     pub endpoints: Vec<Endpoint>,
+}
+
+impl Config {
+    /// Adds the endpoints of the command line.
+    ///
+    /// # Errors
+    ///
+    /// If one has the `name` of another, or if there are too many.
+    pub fn add(&mut self, endpoints: &[EndpointConfig]) -> Result<(), ConfigError> {
+        let mut problems = Vec::new();
+        for added in endpoints {
+            let name = &added.options.name;
+            let mut named = self.endpoints.iter().filter(|it| it.config.options.name == *name);
+            if let (Some(name), Some(other)) = (name, named.next()) {
+                let text = name_is_taken(name, added, other);
+                problems.push(ConfigProblem::of_file(&COMMAND_LINE.into(), text));
+            }
+            self.endpoints.push(added.clone().into());
+        }
+        problems.extend(too_many(&self.endpoints));
+        ConfigError::unless_none((), problems)
+    }
+}
+
+/// What stands in front of a problem in place of a file's name.
+const COMMAND_LINE: &str = "command line";
+
+fn name_is_taken(name: &str, added: &EndpointConfig, other: &Endpoint) -> String {
+    let address = &added.address;
+    let other = match &other.place {
+        Some(place) => place.to_string(),
+        None => other.config.address.to_string(),
+    };
+    format!("{address} has the name `{name}` of {other}: give one of them another")
+}
+
+fn too_many(endpoints: &[Endpoint]) -> Option<ConfigProblem> {
+    let extra = endpoints.get(MAX_ENDPOINTS)?;
+    let text = format!("there are {} endpoints: {MAX_ENDPOINTS} is the most", endpoints.len());
+    Some(match &extra.place {
+        Some(place) => ConfigProblem::at(place, text),
+        None => ConfigProblem::of_file(&COMMAND_LINE.into(), text),
+    })
 }
 
 /// An endpoint, and where it is configured.
@@ -77,6 +123,7 @@ pub(super) fn merge(layers: Vec<Layer>) -> Result<Config, ConfigError> {
             Err(found) => problems.extend(found),
         }
     }
+    problems.extend(too_many(&config.endpoints));
     ConfigError::unless_none(config, problems)
 }
 

@@ -41,7 +41,7 @@ pub use error::{AddressError, AddressProblem};
 pub use file::{CONFIG_DIR, default_files, fuzz_config, load_config, parse_config};
 pub use general::{GENERAL, General, GeneralSpec, LogFormat, LogLevel, seconds};
 pub use host_port::{Host, HostPort};
-pub use merge::{Config, Endpoint};
+pub use merge::{Config, Endpoint, MAX_ENDPOINTS};
 pub use option_spec::{OnChange, OptionSpec};
 pub use option_table::OPTIONS;
 pub use options::{EndpointOptions, FilterOptions, FlowControl, MessageRef, PathChoice};

@@ -4,12 +4,12 @@
 use tracing::{info, warn};
 
 use super::endpoint::{Answerer, Endpoint, Role, State};
-use super::endpoint_table::{EndpointId, MAX_ENDPOINTS};
+use super::endpoint_table::EndpointId;
 use super::event_loop::{Daemon, Ready};
 use super::links::Output;
 use super::settings::Settings;
 use super::timers::Timer;
-use crate::config::{Difference, EndpointOptions};
+use crate::config::{Difference, EndpointOptions, MAX_ENDPOINTS};
 use crate::link::{Stream, tune};
 use crate::routing::LinkId;
 

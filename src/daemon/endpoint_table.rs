@@ -4,6 +4,7 @@
 use std::ops::{Index, IndexMut};
 
 use super::endpoint::Endpoint;
+use crate::config::MAX_ENDPOINTS;
 
 /// An endpoint, as long as it is there.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -30,9 +31,6 @@ struct Slot {
     generation: u32,
     endpoint: Option<Endpoint>,
 }
-
-/// How many endpoints there can be: more than there can be links.
-pub(super) const MAX_ENDPOINTS: usize = 4_096;
 
 impl EndpointTable {
     /// Adds an endpoint; `None` if there are [`MAX_ENDPOINTS`] already.

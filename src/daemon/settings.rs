@@ -5,9 +5,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use super::endpoint::Endpoint;
-use super::endpoint_table::MAX_ENDPOINTS;
 use super::error::StartError;
-use crate::config::{Address, Device, EndpointConfig, FilterOptions, MessageRef};
+use crate::config::{Address, Device, EndpointConfig, FilterOptions, MAX_ENDPOINTS, MessageRef};
 use crate::mavlink::{Dialect, MessageId};
 use crate::routing::{Capacity, FilterLists, LinkOptions, RateCap};
 

@@ -86,6 +86,22 @@ fn the_effective_configuration_reads_back_as_the_same() {
 }
 
 #[test]
+fn a_name_is_given_once() {
+    let dir = TempDir::new();
+    let file = dir.write("a.toml", "[endpoint.gcs]\naddress = \"tcpin:127.0.0.1:0\"\n");
+    let same = "udpin:127.0.0.1:0?name=gcs";
+    let place =
+        format!("command line: udpin:127.0.0.1:0 has the name `gcs` of {}:1:11", text(&file));
+    for command in [&["-c", text(&file), same][..], &["config", "-c", text(&file), same]] {
+        let status = if command[0] == "config" { 1 } else { 2 };
+        assert_said(&run(command), status, &[&place, "give one of them another"]);
+    }
+    let other = "udpout:127.0.0.1:9?name=gcs";
+    let words = ["udpout:127.0.0.1:9 has the name `gcs` of udpin:127.0.0.1:0: "];
+    assert_said(&run(&[same, other]), 2, &words);
+}
+
+#[test]
 fn a_wrong_file_is_told_with_line_and_column() {
     let dir = TempDir::new();
     let file = dir.write("a.toml", "[endpoint.gcs]\naddress = \"udpin:127.0.0.1:0\"\nmtoo = 1\n");

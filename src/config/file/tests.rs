@@ -1,7 +1,7 @@
 use std::fs;
 
 use super::*;
-use crate::config::{EndpointConfig, OPTIONS};
+use crate::config::{EndpointConfig, MAX_ENDPOINTS, OPTIONS};
 
 /// A directory of this test's own, removed at its end.
 struct TempDir(PathBuf);
@@ -121,6 +121,16 @@ fn endpoints_without_a_name_get_one_that_no_other_has() {
     let back = parse(&config.to_string());
     let names: Vec<String> = back.endpoints.iter().map(|it| it.config.name()).collect();
     assert_eq!(names, ["udpout:a:1", "udpout:a:1 2", "serial", "udpout:a:1 3"]);
+}
+
+#[test]
+fn there_is_an_end_to_endpoints() {
+    let table = |n: usize| format!("[endpoint.e{n}]\naddress='udpin:1'\n");
+    let most: String = (0..MAX_ENDPOINTS).map(table).collect();
+    assert_eq!(parse(&most).endpoints.len(), MAX_ENDPOINTS);
+    let error = parse_config("a.toml", &(most + &table(MAX_ENDPOINTS))).unwrap_err();
+    let text = "a.toml:8193:11: there are 4097 endpoints: 4096 is the most";
+    assert_eq!(error.to_string(), text);
 }
 
 #[test]
