@@ -141,7 +141,7 @@ fn the_bounds_are_those_of_the_program() {
     assert_eq!(bounds("frames remembered"), [REMEMBERED, seconds(RING_WINDOW), seconds(HELD_BACK)]);
     assert_eq!(bounds("length of a frame"), [MAX_FRAME]);
     assert_eq!(bounds("unfinished frame"), [Splitter::CARRY]);
-    assert_eq!(bounds("reading from one link")[3], BATCH);
+    assert_eq!(bounds("reading from one link")[2], BATCH);
     assert_eq!(bounds("messages in a")[0], MAX_MESSAGES);
     assert_eq!(bounds("message definitions"), [MAX_DEFINITIONS]);
     let told = README.contains(&format!("after {} ms, doubling up to 2,000 ms", delays[0]));

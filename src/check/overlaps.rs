@@ -59,9 +59,9 @@ fn is_same_place(a: &Host, b: &Host) -> bool {
     }
 }
 
-/// Whether `a` is every address of the kind that `b` has; `[::]` has those of IPv4 too.
+/// Whether `a` is every address of the kind that `b` has. `[::]` leaves IPv4 to who asks for it.
 fn takes_all(a: IpAddr, b: IpAddr) -> bool {
-    a.is_unspecified() && (a.is_ipv6() || b.is_ipv4())
+    a.is_unspecified() && a.is_ipv4() == b.is_ipv4()
 }
 
 fn name(claim: &Claim<'_>) -> String {

@@ -16,6 +16,7 @@ impl Daemon {
                 Timer::Pause => self.handle_pause(),
                 Timer::Pace(link) => self.handle_pace(link),
                 Timer::Stall(link) => self.check_stalled(link),
+                Timer::Log(index) => self.say_last_word(index),
                 Timer::Notify => self.feed_watchdog(),
                 Timer::Router => {
                     self.router_deadline = None;

@@ -11,7 +11,7 @@ use crate::config::{Address, EndpointConfig, EndpointOptions};
 use crate::link::Backoff;
 use crate::routing::{FilterLists, LinkId, Membership, RateCap, Time};
 
-use super::log_limit::LogLimit;
+use super::log_limit::Log;
 use super::settings::Settings;
 
 /// What the user configured, and what came of it.
@@ -43,23 +43,26 @@ pub(super) struct Endpoint {
     pub(super) next_address: usize,
     /// Whether a helper owes an answer, the resolver or the opener: one question at a time.
     pub(super) is_asking: bool,
-    pub(super) log: LogLimit,
+    pub(super) log: Log,
     /// The failure that was last told, so that it is told once and not at every try.
     pub(super) told: Option<(String, io::ErrorKind)>,
-    /// Why the last datagram could not be sent.
-    pub(super) unsendable: Option<io::ErrorKind>,
+    /// Whether it was told that the other side is gone and is waited for.
+    pub(super) is_missed: bool,
+    /// Whether it was told that connections cannot be accepted.
+    pub(super) is_refusing: bool,
+    /// Why the last datagram could not be sent, and where to.
+    pub(super) unsendable: Option<(SocketAddr, io::Error)>,
+    /// Whether that was told.
+    pub(super) unsendable_is_told: bool,
 }
 
-/// What the sockets of an endpoint are bound to besides their addresses.
+/// What the sockets of an endpoint are bound to besides their addresses, and can go away.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
-pub(super) enum Bound {
-    /// Nothing that can go away.
-    #[default]
-    Nothing,
-    /// The network interface with this number; one that comes back has another.
-    Interface(u32),
-    /// The interface that multicast takes, known by the address that we have there.
-    Source(SocketAddr),
+pub(super) struct Bound {
+    /// The number of the network interface; one that comes back has another.
+    pub(super) interface: Option<u32>,
+    /// Our own address there, by which what we send to everybody is known when it comes back.
+    pub(super) source: Option<SocketAddr>,
 }
 
 /// How far an endpoint is.
@@ -199,14 +202,22 @@ impl Endpoint {
             baud_is_proven: false,
             silence_is_told: false,
             address: None,
-            bound: Bound::Nothing,
+            bound: Bound::default(),
             addresses: Vec::new(),
             next_address: 0,
             is_asking: false,
-            log: LogLimit::new(now),
+            log: Log::new(now),
             told: None,
+            is_missed: false,
+            is_refusing: false,
             unsendable: None,
+            unsendable_is_told: false,
         }
+    }
+
+    /// Whether it has as many links as there are peers, and stays open when one goes.
+    pub(super) fn is_server(&self) -> bool {
+        matches!(self.config.address, Address::TcpIn(_) | Address::UdpIn(_))
     }
 
     /// Takes other settings; says whether they are others at all.

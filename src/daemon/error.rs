@@ -76,7 +76,9 @@ fn remedy(config: &EndpointConfig, error: &io::Error) -> String {
             format!("another program has it open: `fuser -v {}` tells which", path.display())
         }
         (io::ErrorKind::AddrInUse, address) => {
-            let port = address.host_port().map_or(0, |host_port| host_port.port);
+            // Who sends or calls has another's port in its address, and its own in `bind`.
+            let own = config.options.bind.as_ref().or_else(|| address.host_port());
+            let port = own.map_or(0, |host_port| host_port.port);
             let flag = if is_udp { 'u' } else { 't' };
             format!("another program is there: `ss -l{flag}np sport = :{port}` tells which")
         }

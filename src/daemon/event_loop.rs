@@ -57,6 +57,8 @@ pub(super) struct Daemon {
     pub(super) router_deadline: Option<Time>,
     /// Sources that may have more to read than a turn allows.
     pub(super) ready: Vec<Ready>,
+    /// TCP servers at which connections may wait: accepted once room was made for them.
+    pub(super) accepting: Vec<EndpointId>,
     /// Links that stopped in the middle of a frame.
     pub(super) unfinished: LinkSet,
     /// Where a datagram of somebody unknown stands while it is looked at.
@@ -117,7 +119,7 @@ impl Meaning {
 ///
 /// # Errors
 ///
-/// If an endpoint cannot be opened and waiting would not help; then nothing has been sent. Or if
+/// If an endpoint cannot be opened and waiting would not help; then nothing has been routed. Or if
 /// the system refuses what the loop itself needs.
 pub fn run(config: DaemonConfig, host: Arc<dyn Host>) -> Result<(), StartError> {
     let poll = Poll::new().map_err(StartError::System)?;
@@ -175,6 +177,7 @@ impl Daemon {
             timers: Timers::default(),
             router_deadline: None,
             ready: Vec::new(),
+            accepting: Vec::new(),
             unfinished: LinkSet::EMPTY,
             stranger: Vec::new(),
             component_log: LogLimit::new(now),
@@ -255,6 +258,7 @@ impl Daemon {
         let dirty = self.router.take_dirty();
         self.io.flush_all(&mut self.router, dirty, self.now);
         self.close_broken();
+        self.accept_all();
         self.handle_unsent();
         self.report_events();
         self.tell_status();
@@ -295,7 +299,7 @@ impl Daemon {
             return;
         };
         match &mut endpoint.state {
-            State::Listening(..) => self.accept(index),
+            State::Listening(..) => self.accepting.push(index),
             State::Connecting(..) => self.check_connected(index),
             State::Datagrams(port) => {
                 if event.is_writable() && !port.writable {

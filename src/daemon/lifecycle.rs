@@ -14,6 +14,7 @@ use super::timers::Timer;
 use crate::config::Host;
 use crate::link::{Stream, interface_index, tune};
 use crate::routing::LinkId;
+use tracing::debug;
 
 /// How long a TCP connection may take to be made.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
@@ -152,7 +153,12 @@ impl Daemon {
         let endpoint = &mut self.io.endpoints[index];
         endpoint.state = state;
         endpoint.told = None;
+        endpoint.is_missed = false;
+        endpoint.is_refusing = false;
         endpoint.deadline = None;
+        if !matches!(endpoint.state, State::Up(_)) {
+            endpoint.backoff.reset();
+        }
     }
 
     /// Tells of a failure, once, and tries again later.
@@ -162,7 +168,9 @@ impl Daemon {
         // Several addresses that fail in turn for the same reason are one failure.
         let verb = action.split(' ').next().unwrap_or_default().to_owned();
         let failure = Some((verb, error.kind()));
-        if endpoint.told != failure {
+        if endpoint.is_missed && is_absence(&error) {
+            debug!("{}: cannot {action}: {error}", endpoint.name);
+        } else if endpoint.told != failure {
             endpoint.told = failure;
             self.warn(index, &format!("cannot {action}: {error}; waiting for it"));
         }
@@ -170,7 +178,7 @@ impl Daemon {
     }
 
     /// Tries again after a while, or the next of several addresses at once.
-    fn try_again(&mut self, index: EndpointId) {
+    pub(super) fn try_again(&mut self, index: EndpointId) {
         let endpoint = &mut self.io.endpoints[index];
         let has_more = endpoint.next_address < endpoint.addresses.len();
         let delay = if has_more { Duration::ZERO } else { endpoint.backoff.next_delay() };
@@ -207,4 +215,27 @@ impl Daemon {
             _ => {}
         }
     }
+}
+
+/// Whether an error says no more than that a device, a host or a network is not there.
+fn is_absence(error: &io::Error) -> bool {
+    use io::ErrorKind::{
+        AddrNotAvailable, ConnectionAborted, ConnectionRefused, ConnectionReset, HostUnreachable,
+        NetworkDown, NetworkUnreachable, NotConnected, NotFound, TimedOut,
+    };
+    let absences = [libc::ENXIO, libc::ENODEV, libc::EIO];
+    error.raw_os_error().is_some_and(|code| absences.contains(&code))
+        || matches!(
+            error.kind(),
+            AddrNotAvailable
+                | ConnectionAborted
+                | ConnectionRefused
+                | ConnectionReset
+                | HostUnreachable
+                | NetworkDown
+                | NetworkUnreachable
+                | NotConnected
+                | NotFound
+                | TimedOut
+        )
 }

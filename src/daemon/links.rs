@@ -3,7 +3,7 @@
 use std::net::SocketAddr;
 
 use super::endpoint_table::EndpointId;
-use crate::link::Stream;
+use crate::link::{Slowness, Stream};
 use crate::mavlink::Splitter;
 use crate::routing::{LinkId, MAX_LINKS, Time};
 
@@ -58,11 +58,18 @@ pub(super) struct StreamOutput {
     pub(super) read_closed: bool,
     /// Since when the system has taken nothing, though something waits.
     pub(super) blocked_since: Option<Time>,
+    pub(super) slowness: Slowness,
 }
 
 impl StreamOutput {
     pub(super) fn new(stream: Stream) -> Self {
-        Self { stream, writable: true, read_closed: false, blocked_since: None }
+        Self {
+            stream,
+            writable: true,
+            read_closed: false,
+            blocked_since: None,
+            slowness: Slowness::default(),
+        }
     }
 
     /// The system takes no more for now.

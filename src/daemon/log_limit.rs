@@ -3,6 +3,8 @@
 use std::fmt;
 use std::time::Duration;
 
+use tracing::Level;
+
 use crate::routing::Time;
 
 /// Lets a burst of lines through, then one every [`LogLimit::INTERVAL`], and counts the rest.
@@ -24,6 +26,11 @@ impl LogLimit {
         Self { tokens: Self::BURST, refilled: now, suppressed: 0 }
     }
 
+    /// When a line may be written at the latest.
+    pub(super) fn next(&self) -> Time {
+        self.refilled + Self::INTERVAL
+    }
+
     /// Whether a line may be written now; if so, how many were left out since the last one.
     pub(super) fn permit(&mut self, now: Time) -> Option<u64> {
         let elapsed = now.since(self.refilled).as_micros() / Self::INTERVAL.as_micros();
@@ -38,6 +45,37 @@ impl LogLimit {
         }
         self.tokens -= 1;
         Some(std::mem::take(&mut self.suppressed))
+    }
+}
+
+/// What a line is about: one that a peer can bring about at will takes no place of another.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Topic {
+    /// How the endpoint itself is getting on; the last line is never left out.
+    State,
+    /// Peers of a server that come and go.
+    Peer,
+    /// Peers that are refused.
+    Refusal,
+    /// What a link has carried.
+    Detail,
+}
+
+/// What an endpoint may still write to the log.
+#[derive(Debug)]
+pub(super) struct Log {
+    limits: [LogLimit; 4],
+    /// The last word on its state, if it was left out so far.
+    pub(super) unsaid: Option<(Level, String)>,
+}
+
+impl Log {
+    pub(super) fn new(now: Time) -> Self {
+        Self { limits: std::array::from_fn(|_| LogLimit::new(now)), unsaid: None }
+    }
+
+    pub(super) fn of(&mut self, topic: Topic) -> &mut LogLimit {
+        &mut self.limits[topic as usize]
     }
 }
 

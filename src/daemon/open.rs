@@ -49,13 +49,27 @@ impl Daemon {
     fn open_tcp_server(&mut self, index: EndpointId, address: SocketAddr) -> Result<(), OpenError> {
         let action = || format!("listen on {address}");
         let endpoint = &self.io.endpoints[index];
-        let mut listener = doing(action, listen(address, endpoint.options().dev.as_deref()))?;
+        let device = endpoint.options().dev.as_deref();
+        let mut listener = doing(action, listen(address, device, self.takes_ipv4(index, address)))?;
         let token = Meaning::Endpoint(index.slot()).token();
         doing(action, self.registry().register(&mut listener, token, Interest::READABLE))?;
         let local = doing(action, listener.local_addr())?;
         info!("{}: listening on {local}", endpoint.name);
         self.set_open(index, State::Listening(listener, 0));
         Ok(())
+    }
+
+    /// Whether a server at `address` is for IPv4 peers, too: at `[::]` it is, unless another
+    /// endpoint has the same port for IPv4.
+    fn takes_ipv4(&self, index: EndpointId, address: SocketAddr) -> bool {
+        let kind = self.io.endpoints[index].config.address.kind();
+        let is_for_ipv4 = |endpoint: &Endpoint| {
+            let place = endpoint.config.address.host_port();
+            let is_ipv4 = place.and_then(|place| place.host.ip()).is_some_and(|ip| ip.is_ipv4());
+            let has_port = place.is_some_and(|place| place.port == address.port());
+            endpoint.config.address.kind() == kind && is_ipv4 && has_port
+        };
+        address.ip() == Ipv6Addr::UNSPECIFIED && !self.io.endpoints.iter().any(is_for_ipv4)
     }
 
     fn open_tcp_client(&mut self, index: EndpointId, address: SocketAddr) -> Result<(), OpenError> {
@@ -74,8 +88,9 @@ impl Daemon {
     fn open_udp_server(&mut self, index: EndpointId, address: SocketAddr) -> Result<(), OpenError> {
         let action = || format!("listen on {address}");
         let endpoint = &self.io.endpoints[index];
-        let settings =
-            UdpSettings { device: endpoint.options().dev.as_deref(), ..Default::default() };
+        let device = endpoint.options().dev.as_deref();
+        let takes_ipv4 = self.takes_ipv4(index, address);
+        let settings = UdpSettings { device, takes_ipv4, ..UdpSettings::default() };
         let socket = doing(action, open_udp(address, settings))?;
         let local = doing(action, socket.local_addr())?;
         info!("{}: listening on {local}", endpoint.name);
@@ -114,8 +129,8 @@ impl Daemon {
         let settings = UdpSettings {
             device: options.dev.as_deref(),
             broadcast: !is_multicast,
-            shared: false,
             multicast_ttl: is_multicast.then_some(options.ttl),
+            ..UdpSettings::default()
         };
         let socket = doing(|| format!("send from {local}"), open_udp(local, settings))?;
         let local = doing(action, socket.local_addr())?;
@@ -138,8 +153,8 @@ impl Daemon {
         remote: SocketAddr,
         local: SocketAddr,
     ) -> Result<LinkId, OpenError> {
-        info!("{}: sending to {remote} from {local}", self.io.endpoints[index].name);
-        let link = self.add_link(index, remote.to_string(), Output::Datagrams(remote));
+        let peer = format!("{remote} from {local}");
+        let link = self.add_link(index, peer, Output::Datagrams(remote));
         let link = link.map_err(|_| io::Error::other("too many links"));
         doing(|| format!("send to {remote}"), link)
     }
@@ -192,7 +207,7 @@ pub(super) fn own_address(
 }
 
 /// The local address to send to `remote` from: what the user says, or any of the same family.
-fn bind_address(bind: Option<&HostPort>, remote: SocketAddr) -> io::Result<SocketAddr> {
+pub(super) fn bind_address(bind: Option<&HostPort>, remote: SocketAddr) -> io::Result<SocketAddr> {
     let any = any_address(remote);
     let Some(bind) = bind else { return Ok(any) };
     match socket_address(bind)? {

@@ -1,19 +1,21 @@
 //! Links come and go: admitted, accepted, expired, closed.
 
 use std::io;
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::time::Duration;
 
 use super::endpoint::{Peers, Role, State};
 use super::endpoint_table::EndpointId;
 use super::event_loop::{Daemon, Meaning, Ready};
 use super::links::{Link, Output, StreamOutput};
+use super::log_limit::Topic;
 use super::timers::Timer;
 use crate::link::{Stream, tune};
 use crate::routing::{LinkId, MAX_LINKS};
 use mio::Interest;
 use mio::event::Source;
 use mio::net::TcpStream;
+use tracing::Level;
 
 /// What became of a stranger.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +47,7 @@ impl Daemon {
     ) -> Result<LinkId, Output> {
         let options = self.io.endpoints[endpoint].link_options();
         let Some(id) = self.router.add_link(options, self.now) else { return Err(output) };
-        self.tell(endpoint, &format!("link {id} up: {peer}"));
+        self.say(endpoint, Level::INFO, self.topic(endpoint), &format!("link {id} up: {peer}"));
         let link = Link::new(endpoint, peer, output, self.now);
         self.io.links.insert(id, link);
         Ok(id)
@@ -85,8 +87,9 @@ impl Daemon {
             return Admission::Refused;
         }
         let output = Output::Datagrams(source);
-        let Ok(link) = self.add_link(index, source.to_string(), output) else {
-            self.warn(index, &format!("{source} refused: there are {MAX_LINKS} links already"));
+        let Ok(link) = self.add_link(index, plain(source).to_string(), output) else {
+            let reason = format!("there are {MAX_LINKS} links already");
+            self.refuse(index, source, &reason);
             return Admission::Refused;
         };
         let endpoint = &mut self.io.endpoints[index];
@@ -136,8 +139,17 @@ impl Daemon {
 
     fn say_refused(&mut self, index: EndpointId, peer: SocketAddr) {
         let max = self.io.endpoints[index].options().max_peers;
-        let reason = format!("it has {max} peers already (raise max_peers)");
-        self.warn(index, &format!("{peer} refused: {reason}"));
+        self.refuse(index, peer, &format!("it has {max} peers already (raise max_peers)"));
+    }
+
+    fn refuse(&mut self, index: EndpointId, peer: SocketAddr, reason: &str) {
+        let text = format!("{} refused: {reason}", plain(peer));
+        self.say(index, Level::WARN, Topic::Refusal, &text);
+    }
+
+    /// What it is about when a link of an endpoint comes or goes.
+    fn topic(&self, endpoint: EndpointId) -> Topic {
+        if self.io.endpoints[endpoint].is_server() { Topic::Peer } else { Topic::State }
     }
 
     /// Closes the peers of a UDP server that were silent for too long.
@@ -169,20 +181,47 @@ impl Daemon {
         }
     }
 
-    /// Takes the connections that wait at a TCP server.
-    pub(super) fn accept(&mut self, index: EndpointId) {
+    /// Takes the connections that wait at TCP servers.
+    pub(super) fn accept_all(&mut self) {
+        for index in std::mem::take(&mut self.accepting) {
+            if self.io.endpoints.get(index).is_some() {
+                self.accept(index);
+            }
+        }
+    }
+
+    fn accept(&mut self, index: EndpointId) {
         for _ in 0..ACCEPTS {
+            if self.will_have_room(index) {
+                break;
+            }
             let State::Listening(listener, _) = &self.io.endpoints[index].state else {
                 return;
             };
             match listener.accept() {
-                Ok((stream, peer)) => self.handle_connection(index, stream, peer),
+                Ok((stream, peer)) => self.handle_connection(index, stream, plain(peer)),
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
                 Err(error) if is_of_connection(&error) => {}
                 Err(error) => return self.accept_later(index, &error),
             }
         }
         self.ready.push(Ready::Endpoint(index));
+    }
+
+    /// Whether a TCP server is full, and a client that has hung up is still being read: whoever
+    /// waits may be the same one, who calls again.
+    fn will_have_room(&self, index: EndpointId) -> bool {
+        let endpoint = &self.io.endpoints[index];
+        let State::Listening(_, count) = &endpoint.state else { return false };
+        let is_ending = |ready: &Ready| {
+            let Ready::Link(id) = ready else { return false };
+            let link = self.io.links.get(*id).filter(|link| link.endpoint == index);
+            link.is_some_and(|link| match &link.output {
+                Output::Stream(output) => output.read_closed,
+                Output::Datagrams(_) => false,
+            })
+        };
+        *count >= usize::from(endpoint.options().max_peers) && self.ready.iter().any(is_ending)
     }
 
     fn handle_connection(&mut self, index: EndpointId, stream: TcpStream, peer: SocketAddr) {
@@ -199,17 +238,21 @@ impl Daemon {
             .and_then(|()| self.add_stream(index, peer.to_string(), Stream::Tcp(stream)));
         match added {
             Ok(_) => {
-                if let State::Listening(_, count) = &mut self.io.endpoints[index].state {
+                let endpoint = &mut self.io.endpoints[index];
+                endpoint.is_refusing = false;
+                if let State::Listening(_, count) = &mut endpoint.state {
                     *count += 1;
                 }
             }
-            Err(error) => self.warn(index, &format!("{peer} refused: {error}")),
+            Err(error) => self.refuse(index, peer, &error.to_string()),
         }
     }
 
     /// No descriptors, no memory: connections wait until there are some again.
     fn accept_later(&mut self, index: EndpointId, error: &io::Error) {
-        self.warn(index, &format!("cannot accept a connection: {error}; trying again"));
+        if !std::mem::replace(&mut self.io.endpoints[index].is_refusing, true) {
+            self.warn(index, &format!("cannot accept a connection: {error}; trying again"));
+        }
         self.set_deadline(index, ACCEPT_AGAIN);
     }
 
@@ -220,7 +263,8 @@ impl Daemon {
 
     /// Closes what broke in this turn.
     pub(super) fn close_broken(&mut self) {
-        while let Some((link, reason)) = self.io.closing.pop() {
+        // In the order in which it was noticed: the first reason is what broke it.
+        for (link, reason) in std::mem::take(&mut self.io.closing) {
             self.close_link(link, &reason);
         }
     }
@@ -230,10 +274,8 @@ impl Daemon {
         let Some(mut link) = self.io.links.remove(id) else {
             return;
         };
-        let now = self.now;
-        let is_told = tracing::enabled!(tracing::Level::DEBUG)
-            && self.io.endpoints[link.endpoint].log.permit(now).is_some();
-        if is_told {
+        let log = &mut self.io.endpoints[link.endpoint].log;
+        if tracing::enabled!(Level::DEBUG) && log.of(Topic::Detail).permit(self.now).is_some() {
             self.report_link(id, &link);
         }
         let heard = self.router.counters(id).is_some_and(|counters| counters.frames_in > 0);
@@ -245,8 +287,32 @@ impl Daemon {
             let _ = output.stream.deregister(self.poll.registry());
         }
         self.discard(link.output);
-        self.tell(link.endpoint, &format!("link {id} down: {reason}"));
+        self.tell_closed(link.endpoint, id, reason);
         self.handle_closed(link.endpoint, id, heard);
+    }
+
+    /// Tells that a link is gone, and of one that will come again also that.
+    fn tell_closed(&mut self, index: EndpointId, id: LinkId, reason: &str) {
+        let endpoint = &mut self.io.endpoints[index];
+        let text = match endpoint.state {
+            State::Up(link) if link == id => {
+                endpoint.is_missed = true;
+                format!("link {id} down: {reason}; waiting for it")
+            }
+            _ => format!("link {id} down: {reason}"),
+        };
+        self.say(index, Level::INFO, self.topic(index), &text);
+    }
+}
+
+/// The same address as IPv4, where it is that in the clothes of IPv6.
+fn plain(address: SocketAddr) -> SocketAddr {
+    match address {
+        SocketAddr::V6(v6) => match v6.ip().to_canonical() {
+            IpAddr::V4(ip) => SocketAddr::new(ip.into(), v6.port()),
+            IpAddr::V6(_) => address,
+        },
+        SocketAddr::V4(_) => address,
     }
 }
 

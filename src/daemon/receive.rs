@@ -28,7 +28,7 @@ impl Daemon {
         match source {
             Ready::Link(link) => self.receive_stream(link),
             Ready::Endpoint(index) => match self.io.endpoints.get(index).map(|it| &it.state) {
-                Some(State::Listening(..)) => self.accept(index),
+                Some(State::Listening(..)) => self.accepting.push(index),
                 Some(State::Datagrams(_)) => self.receive_datagrams(index),
                 _ => {}
             },

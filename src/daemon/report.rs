@@ -1,12 +1,13 @@
 //! What the log tells of routing: components that come and go, and what a link carried.
 
-use tracing::{debug, info, warn};
+use tracing::{Level, debug, info, warn};
 
 use super::endpoint::Endpoint;
 use super::endpoint_table::EndpointId;
 use super::event_loop::Daemon;
 use super::links::Link;
-use super::log_limit::LeftOut;
+use super::log_limit::{LeftOut, Topic};
+use super::timers::Timer;
 use crate::routing::{DropReason, GroupId, LinkId, RouterEvent};
 
 impl Daemon {
@@ -99,19 +100,56 @@ impl Daemon {
         );
     }
 
-    /// Tells how an endpoint is getting on; a peer may have brought it about.
+    /// Tells how an endpoint is getting on.
     pub(super) fn tell(&mut self, index: EndpointId, text: &str) {
-        let endpoint = &mut self.io.endpoints[index];
-        if let Some(left_out) = endpoint.log.permit(self.now) {
-            info!("{}: {text}{}", endpoint.name, LeftOut(left_out));
+        self.say(index, Level::INFO, Topic::State, text);
+    }
+
+    /// Warns of something about an endpoint.
+    pub(super) fn warn(&mut self, index: EndpointId, text: &str) {
+        self.say(index, Level::WARN, Topic::State, text);
+    }
+
+    /// Writes a line about an endpoint, or leaves it out, for the time being or for good.
+    pub(super) fn say(&mut self, index: EndpointId, level: Level, topic: Topic, text: &str) {
+        let Endpoint { log, name, .. } = &mut self.io.endpoints[index];
+        let limit = log.of(topic);
+        if let Some(left_out) = limit.permit(self.now) {
+            write(level, name, text, left_out);
+            // The later word stands.
+            if topic == Topic::State {
+                log.unsaid = None;
+            }
+        } else if topic == Topic::State {
+            let at = limit.next();
+            if log.unsaid.replace((level, text.to_owned())).is_none() {
+                self.timers.set(at, Timer::Log(index));
+            }
         }
     }
 
-    /// Warns of something about an endpoint; a peer may have brought it about.
-    pub(super) fn warn(&mut self, index: EndpointId, text: &str) {
-        let endpoint = &mut self.io.endpoints[index];
-        if let Some(left_out) = endpoint.log.permit(self.now) {
-            warn!("{}: {text}{}", endpoint.name, LeftOut(left_out));
+    /// Says what had to wait, if nothing was said since.
+    pub(super) fn say_last_word(&mut self, index: EndpointId) {
+        let Some(endpoint) = self.io.endpoints.get_mut(index) else { return };
+        let Endpoint { log, name, .. } = endpoint;
+        let Some((level, text)) = log.unsaid.take() else { return };
+        match log.of(Topic::State).permit(self.now) {
+            // It has been counted as left out itself.
+            Some(left_out) => write(level, name, &text, left_out.saturating_sub(1)),
+            None => {
+                let at = log.of(Topic::State).next();
+                log.unsaid = Some((level, text));
+                self.timers.set(at, Timer::Log(index));
+            }
         }
+    }
+}
+
+fn write(level: Level, name: &str, text: &str, left_out: u64) {
+    let left_out = LeftOut(left_out);
+    if level == Level::WARN {
+        warn!("{name}: {text}{left_out}");
+    } else {
+        info!("{name}: {text}{left_out}");
     }
 }

@@ -3,8 +3,6 @@
 use std::io;
 use std::net::SocketAddr;
 
-use tracing::warn;
-
 use super::endpoint::{Endpoint, State};
 use super::endpoint_table::EndpointTable;
 use super::links::{LinkTable, Output, StreamOutput};
@@ -15,8 +13,8 @@ use crate::routing::{LinkId, LinkSet, Packed, Port, Router, Time};
 pub(super) struct Io {
     pub(super) endpoints: EndpointTable,
     pub(super) links: LinkTable,
-    /// Links to be closed at the end of the turn, and why: never in the middle, where events of
-    /// this turn may still name them.
+    /// Links to be closed at the end of the turn, and why. Not at once: whoever notices is in the
+    /// middle of using them, and events of this turn may still name them.
     pub(super) closing: Vec<(LinkId, String)>,
     /// Links that found no room in the system's buffer in this turn.
     pub(super) blocked: LinkSet,
@@ -90,7 +88,8 @@ fn flush_stream(output: &mut StreamOutput, port: &mut Port, now: Time) -> io::Re
         match output.stream.write(port.head(sendable)) {
             Ok(written) => {
                 port.consume(written);
-                output.blocked_since = None;
+                let blocked_since = output.blocked_since.take();
+                output.slowness.handle_progress(&output.stream, blocked_since, now);
                 // A short write means that there is no more room: the system will say when.
                 if written < sendable {
                     output.block(now);
@@ -130,20 +129,16 @@ fn flush_datagrams(peer: SocketAddr, port: &mut Port, endpoint: &mut Endpoint, n
             Some(error) => {
                 let lost = port.frames().packed(usize::from(longest)).next().map_or(0, len);
                 port.consume(lost);
-                failure = Some(error);
+                failure = Some((destination, error));
             }
         }
     }
-    let Some(error) = failure else {
-        endpoint.unsendable = None;
-        return true;
-    };
-    // Told once, until it works again.
-    let is_new = endpoint.unsendable.replace(error.kind()) != Some(error.kind());
-    if is_new && endpoint.log.permit(now).is_some() {
-        warn!("{}: cannot send to {destination}: {error}", endpoint.name);
-    }
-    false
+    let is_sent = failure.is_none();
+    // Told once, until it works again or another reason is found.
+    let kind = |failure: &Option<(SocketAddr, io::Error)>| failure.as_ref().map(|it| it.1.kind());
+    endpoint.unsendable_is_told &= kind(&failure) == kind(&endpoint.unsendable);
+    endpoint.unsendable = failure;
+    is_sent
 }
 
 /// The datagrams that begin within the first `sendable` bytes, as many as one call moves.

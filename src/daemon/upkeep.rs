@@ -11,7 +11,7 @@ use super::endpoint::{Bound, Role, State};
 use super::endpoint_table::EndpointId;
 use super::event_loop::Daemon;
 use super::links::Output;
-use super::open::{OpenError, own_address};
+use super::open::{OpenError, bind_address, own_address};
 use crate::config::{Address, Host, HostPort};
 use crate::link::{Resolved, interface_index, join_multicast};
 
@@ -38,22 +38,20 @@ impl Daemon {
     /// useless.
     fn bound_to(&self, index: EndpointId, address: SocketAddr) -> io::Result<Bound> {
         let config = &self.io.endpoints[index].config;
-        if let Some(device) = &config.options.dev {
-            return Ok(Bound::Interface(interface_index(device)?));
-        }
-        match config.address {
-            Address::Multicast(_) => {
-                let any = super::open::any_address(address);
-                Ok(Bound::Source(own_address(address, any, None)?))
+        let (device, bind) = (config.options.dev.as_deref(), config.options.bind.as_ref());
+        let source = match config.address {
+            Address::Multicast(_) | Address::UdpBroadcast(_) => {
+                Some(own_address(address, bind_address(bind, address)?, device)?)
             }
-            _ => Ok(Bound::Nothing),
-        }
+            _ => None,
+        };
+        Ok(Bound { interface: device.map(interface_index).transpose()?, source })
     }
 
     fn set_upkeep_deadline(&mut self, index: EndpointId) {
         let endpoint = &self.io.endpoints[index];
         let is_sender = matches!(endpoint.config.address, Address::UdpOut(_));
-        if endpoint.bound != Bound::Nothing {
+        if endpoint.bound != Bound::default() {
             self.set_deadline(index, LOOK_AGAIN);
         } else if is_sender && self.host_name(index).is_some() {
             self.set_deadline(index, ASK_AGAIN);
@@ -71,7 +69,7 @@ impl Daemon {
     pub(super) fn look_after(&mut self, index: EndpointId) {
         let endpoint = &self.io.endpoints[index];
         if let Some(address) = endpoint.address
-            && endpoint.bound != Bound::Nothing
+            && endpoint.bound != Bound::default()
         {
             match self.bound_to(index, address) {
                 Ok(bound) if bound == self.io.endpoints[index].bound => {}
@@ -83,7 +81,7 @@ impl Daemon {
         }
         self.rejoin(index);
         if let State::Listening(..) = self.io.endpoints[index].state {
-            self.accept(index);
+            self.accepting.push(index);
         } else if let Address::UdpOut(_) = self.io.endpoints[index].config.address
             && let Some((name, port)) = self.host_name(index)
             && !std::mem::replace(&mut self.io.endpoints[index].is_asking, true)
@@ -103,7 +101,7 @@ impl Daemon {
         let endpoint = &self.io.endpoints[index];
         if let State::Datagrams(port) = &endpoint.state
             && let (Some(socket), Some(group)) = (&port.group_socket, endpoint.address)
-            && let Bound::Source(_) = endpoint.bound
+            && endpoint.bound.interface.is_none()
         {
             let _ = join_multicast(socket, group.ip(), 0);
         }
@@ -114,7 +112,14 @@ impl Daemon {
         let endpoint = &mut self.io.endpoints[index];
         endpoint.addresses.clear();
         endpoint.next_address = 0;
-        self.close_endpoint(index, &error.to_string());
+        if self.io.endpoints[index].is_server() {
+            self.close_endpoint(index, &error.to_string());
+        } else {
+            // The line about its one link tells it all.
+            self.close_endpoint(index, &format!("{error}; waiting for it"));
+            self.io.endpoints[index].is_missed = true;
+            return self.try_again(index);
+        }
         let name = self.io.endpoints[index].config.options.dev.clone();
         let action = format!("use the network interface {}", name.unwrap_or_default());
         self.try_later(index, OpenError { action: action.trim_end().to_owned(), error });
@@ -124,11 +129,22 @@ impl Daemon {
     pub(super) fn handle_unsent(&mut self) {
         for link in std::mem::take(&mut self.io.unsent).iter() {
             let Some(index) = self.io.links.get(link).map(|link| link.endpoint) else { continue };
+            self.tell_unsendable(index);
             let soon = self.now + ASK_SOON;
             let is_set = self.io.endpoints[index].deadline.is_some_and(|at| at <= soon);
             if !is_set && self.host_name(index).is_some() {
                 self.set_deadline(index, ASK_SOON);
             }
+        }
+    }
+
+    fn tell_unsendable(&mut self, index: EndpointId) {
+        let endpoint = &mut self.io.endpoints[index];
+        if let Some((destination, error)) = &endpoint.unsendable
+            && !std::mem::replace(&mut endpoint.unsendable_is_told, true)
+        {
+            let text = format!("cannot send to {destination}: {error}");
+            self.warn(index, &text);
         }
     }
 

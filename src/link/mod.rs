@@ -20,7 +20,7 @@ pub use opener::{Opener, SerialAnswer, SerialOutcome};
 pub use ports::{Port, find_flight_controller, list_ports};
 pub use resolver::{Resolved, Resolver};
 pub use serial::SerialSettings;
-pub use stream::Stream;
+pub use stream::{Slowness, Stream};
 pub use sys::interface_index;
 pub use tcp::{connect, listen, tune};
 pub use udp::{UdpSettings, join_multicast, open_udp};

@@ -3,11 +3,15 @@
 use std::fs::File;
 use std::io::{self, IoSlice, Read, Write};
 use std::os::fd::AsRawFd;
+use std::time::Duration;
 
 use mio::event::Source;
 use mio::net::TcpStream;
 use mio::unix::SourceFd;
 use mio::{Interest, Registry, Token};
+
+use super::tcp::limit_unsent;
+use crate::routing::Time;
 
 /// The stream.
 #[derive(Debug)]
@@ -42,6 +46,38 @@ impl Stream {
         match self {
             Self::Tcp(stream) => stream.write_vectored(pieces),
             Self::Serial(file) => file.write_vectored(pieces),
+        }
+    }
+}
+
+/// How slow the other side of a stream is, by how long it keeps us waiting for room.
+///
+/// What one is slow to take shall wait in our queue, where we choose what to refuse, and not grow
+/// old in the system's buffer.
+#[derive(Clone, Copy, Default, Debug)]
+pub struct Slowness {
+    /// How long it counts as slow yet, once it does.
+    until: Option<Time>,
+}
+
+impl Slowness {
+    /// Who keeps us waiting for longer is slow: what it gets is at least as old.
+    const SLOW: Duration = Duration::from_millis(250);
+    /// For how long it is then taken to be.
+    const REMEMBERED: Duration = Duration::from_secs(60);
+
+    /// It took something at `now`, after it had taken nothing since `blocked_since`.
+    pub fn handle_progress(&mut self, stream: &Stream, blocked_since: Option<Time>, now: Time) {
+        let Stream::Tcp(stream) = stream else { return };
+        let was_slow = self.until.is_some();
+        if blocked_since.is_some_and(|since| now.since(since) > Self::SLOW) {
+            self.until = Some(now + Self::REMEMBERED);
+        } else if self.until.is_some_and(|until| until < now) {
+            self.until = None;
+        }
+        if was_slow != self.until.is_some() {
+            // A system that cannot do it does as before.
+            let _ = limit_unsent(stream, !was_slow);
         }
     }
 }

@@ -8,18 +8,28 @@ use mio::net::{TcpListener, TcpStream};
 use socket2::{Domain, Protocol, SockRef, Socket, TcpKeepalive, Type};
 
 /// How many connections wait to be accepted.
-const BACKLOG: i32 = 128;
+const BACKLOG: i32 = 1_024;
 
 /// A peer that answers nothing for less than this may yet be alive, whatever the user says.
 const LEAST_PATIENCE: Duration = Duration::from_secs(10);
 
-/// Listens at an address. An IPv6 socket takes IPv6 only, so that both may be named.
+/// How much may stand in the system's buffer for a slow peer before it has been sent once, in bytes.
+const NOT_SENT: u32 = 16_384;
+
+/// Listens at an address. `takes_ipv4`: at an IPv6 address, IPv4 peers are served as well.
 ///
 /// # Errors
 ///
 /// As `bind(2)`; `AddrInUse` if another program listens there.
-pub fn listen(address: SocketAddr, device: Option<&str>) -> io::Result<TcpListener> {
+pub fn listen(
+    address: SocketAddr,
+    device: Option<&str>,
+    takes_ipv4: bool,
+) -> io::Result<TcpListener> {
     let socket = open(address, device)?;
+    if address.is_ipv6() {
+        socket.set_only_v6(!takes_ipv4)?;
+    }
     socket.set_reuse_address(true)?;
     socket.bind(&address.into())?;
     socket.listen(BACKLOG)?;
@@ -67,6 +77,18 @@ pub fn tune(stream: &TcpStream, patience: Duration) -> io::Result<()> {
     socket.set_tcp_user_timeout(Some(patience.max(LEAST_PATIENCE)))
 }
 
+/// Lets little stand in the system's buffer, or again as much as the system likes: megabytes, good
+/// for a burst, but on a slow connection what stands there grows old, and we can no more choose
+/// what to refuse.
+///
+/// # Errors
+///
+/// As `setsockopt(2)`.
+pub(super) fn limit_unsent(stream: &TcpStream, limited: bool) -> io::Result<()> {
+    // 0 is what the system is set up for.
+    SockRef::from(stream).set_tcp_notsent_lowat(if limited { NOT_SENT } else { 0 })
+}
+
 fn open(address: SocketAddr, device: Option<&str>) -> io::Result<Socket> {
     let socket = Socket::new(Domain::for_address(address), Type::STREAM, Some(Protocol::TCP))?;
     socket.set_nonblocking(true)?;
@@ -77,4 +99,30 @@ fn open(address: SocketAddr, device: Option<&str>) -> io::Result<Socket> {
         socket.bind_device(Some(device.as_bytes()))?;
     }
     Ok(socket)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    #[test]
+    fn what_a_slow_peer_does_not_read_does_not_pile_up_in_the_system() {
+        let server = Socket::new(Domain::IPV4, Type::STREAM, None).unwrap();
+        server.set_recv_buffer_size(4_096).unwrap();
+        server.bind(&SocketAddr::from(([127, 0, 0, 1], 0)).into()).unwrap();
+        server.listen(1).unwrap();
+        let address = server.local_addr().unwrap().as_socket().unwrap();
+        let stream = Socket::new(Domain::IPV4, Type::STREAM, None).unwrap();
+        stream.connect(&address.into()).unwrap();
+        stream.set_nonblocking(true).unwrap();
+        let mut stream = TcpStream::from_std(stream.into());
+        limit_unsent(&stream, true).unwrap();
+        let _silent = server.accept().unwrap();
+        let mut taken = 0;
+        while let Ok(written) = stream.write(&[0; 256]) {
+            taken += written;
+        }
+        assert!((1..100_000).contains(&taken), "the system keeps {taken} bytes");
+    }
 }

@@ -18,11 +18,13 @@ pub struct UdpSettings<'a> {
     pub broadcast: bool,
     /// May share its port with others, as the listeners of a multicast group do.
     pub shared: bool,
+    /// At an IPv6 address, speaks with IPv4 peers as well.
+    pub takes_ipv4: bool,
     /// How many networks a multicast datagram may pass.
     pub multicast_ttl: Option<u8>,
 }
 
-/// Opens a socket at a local address. An IPv6 socket takes IPv6 only, so that both may be named.
+/// Opens a socket at a local address.
 ///
 /// # Errors
 ///
@@ -31,7 +33,7 @@ pub fn open_udp(local: SocketAddr, settings: UdpSettings<'_>) -> io::Result<UdpS
     let socket = Socket::new(Domain::for_address(local), Type::DGRAM, Some(Protocol::UDP))?;
     socket.set_nonblocking(true)?;
     if local.is_ipv6() {
-        socket.set_only_v6(true)?;
+        socket.set_only_v6(!settings.takes_ipv4)?;
     }
     if let Some(device) = settings.device {
         socket.bind_device(Some(device.as_bytes()))?;

@@ -32,6 +32,53 @@ fn ipv6_servers_of_udp_and_tcp_serve() {
 }
 
 #[test]
+fn servers_at_every_ipv6_address_serve_ipv4_too() {
+    if !has_ipv6() {
+        return;
+    }
+    let router = Router::start(&["udpin:[::]:0?name=udp", "tcpin:[::]:0?name=tcp"]);
+    let (udp, tcp) = (router.address("udp").port(), router.address("tcp").port());
+    let by_udp = |host: &str| UdpWire::to(SocketAddr::new(host.parse().unwrap(), udp));
+    let by_tcp = |host: &str| TcpWire::to(SocketAddr::new(host.parse().unwrap(), tcp));
+    let mut gcs = Peer::new(by_udp("127.0.0.1"), GCS);
+    let mut second = Peer::new(by_udp("::1"), GCS_2);
+    let mut vehicle = Peer::new(by_tcp("127.0.0.1"), VEHICLE);
+    let mut other = Peer::new(by_tcp("::1"), OTHER);
+    gcs.send_mark();
+    second.send_mark();
+    router.wait_until_seen(GCS);
+    router.wait_until_seen(GCS_2);
+    router.assert_serves(&mut gcs, &mut vehicle);
+    router.assert_serves(&mut gcs, &mut other);
+    router.assert_serves(&mut second, &mut vehicle);
+    // Peers of IPv4 are called as everybody calls them.
+    router.log.wait_for(&["udp: link #", " up: 127.0.0.1:"]);
+    router.log.wait_for(&["tcp: link #", " up: 127.0.0.1:"]);
+}
+
+#[test]
+fn one_port_may_be_named_for_ipv4_and_ipv6_apart() {
+    if !has_ipv6() {
+        return;
+    }
+    let port = UdpSocket::bind("0.0.0.0:0").unwrap().local_addr().unwrap().port();
+    for all_first in [true, false] {
+        let mut both = [format!("udpin:[::]:{port}?name=six"), format!("udpin:{port}?name=four")];
+        if !all_first {
+            both.reverse();
+        }
+        let router = Router::start(&[&both[0], &both[1]]);
+        let mut vehicle = Peer::new(UdpWire::to(SocketAddr::from(([127, 0, 0, 1], port))), VEHICLE);
+        let mut gcs = Peer::new(UdpWire::to(format!("[::1]:{port}").parse().unwrap()), GCS);
+        vehicle.send_mark();
+        gcs.send_mark();
+        router.log.wait_for(&["four: link #", " up"]);
+        router.log.wait_for(&["six: link #", " up"]);
+        router.assert_serves(&mut gcs, &mut vehicle);
+    }
+}
+
+#[test]
 fn ipv6_clients_of_udp_and_tcp_call() {
     if !has_ipv6() {
         return;

@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use rustix::process::Signal;
+
 use crate::harness::*;
 
 const TCP: &str = "tcpin:127.0.0.1:0?name=tcp";
@@ -40,6 +42,25 @@ fn with_max_peers_those_who_are_there_stay_and_no_more_come() {
     first.expect_nothing_from(&mut second);
     router.assert_serves(&mut first, &mut vehicle);
     router.assert_serves(&mut second, &mut vehicle);
+}
+
+#[test]
+fn with_max_peers_one_who_hangs_up_and_calls_again_finds_its_own_place_free() {
+    let router = Router::start(&["tcpin:127.0.0.1:0?name=few&max_peers=1", TCP]);
+    let mut gcs = router.tcp("tcp", GCS);
+    let mut vehicle = router.tcp_unnoticed("few", VEHICLE);
+    for n in 0..20 {
+        router.assert_serves(&mut gcs, &mut vehicle);
+        // So that the router finds both at once.
+        router.signal(Signal::STOP);
+        vehicle.send(attitude(VEHICLE, n));
+        let again = router.tcp_unnoticed("few", VEHICLE);
+        drop(vehicle);
+        router.signal(Signal::CONT);
+        gcs.expect(attitude(VEHICLE, n));
+        vehicle = again;
+    }
+    router.assert_serves(&mut gcs, &mut vehicle);
 }
 
 #[test]

@@ -108,6 +108,10 @@ fn an_address_in_use_is_told_and_nothing_is_half_started() {
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
     let address = socket.local_addr().unwrap().to_string();
     assert_refused(&run(&[TCP, &format!("udpin:{address}")]), &[&address, "in use"]);
+    // The port to look for is the one that was to be had, not the other side's.
+    let output = run(&[TCP, &format!("udpout:127.0.0.1:9?bind={address}")]);
+    let port = socket.local_addr().unwrap().port();
+    assert_refused(&output, &[&address, "in use", &format!("sport = :{port}`")]);
 }
 
 #[test]

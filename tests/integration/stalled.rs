@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::harness::*;
 
@@ -56,6 +56,46 @@ fn a_stalled_reader_does_not_stall_what_it_says_itself() {
     }
     stalled.send(command_long(GCS_2, VEHICLE));
     vehicle.expect(command_long(GCS_2, VEHICLE));
+}
+
+#[test]
+fn a_slow_reader_is_told_what_is_new_and_not_what_was_new_long_ago() {
+    let router = Router::start(&[TCP, UDP]);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let mut healthy = router.tcp("tcp", GCS);
+    let mut slow = Peer::new(TcpWire::narrow_to(router.address("tcp")), GCS_2);
+    router.wait_for_link("tcp", &slow.wire);
+    let (newest, is_over) = (AtomicU64::new(0), AtomicBool::new(false));
+    thread::scope(|scope| {
+        // Some megabyte a second, of ten.
+        scope.spawn(|| {
+            while !is_over.load(Ordering::Relaxed) {
+                let frames = (0..16).map(|_| slow.receive());
+                let numbers = frames.map(|frame| number_in(&frame).into());
+                newest.fetch_max(numbers.max().unwrap_or(0), Ordering::Relaxed);
+                thread::sleep(Duration::from_millis(4));
+            }
+        });
+        let mut sent = 0;
+        let give_up = Instant::now() + PATIENCE;
+        let mut behind = u64::MAX;
+        while sent < 100 * STEP || behind > 2_000 {
+            if Instant::now() > give_up {
+                is_over.store(true, Ordering::Relaxed);
+                panic!("it is {behind} frames behind");
+            }
+            let frames: Vec<_> = (sent..sent + STEP).map(|n| bulk(VEHICLE, n)).collect();
+            sent += STEP;
+            vehicle.send(frames.concat());
+            healthy.expect_each(&frames);
+            behind = u64::from(sent) - newest.load(Ordering::Relaxed);
+            thread::sleep(Duration::from_millis(5));
+        }
+        is_over.store(true, Ordering::Relaxed);
+        // The reader may wait for the last of its sixteen.
+        let rest: Vec<_> = (sent..sent + 16).map(|n| attitude(VEHICLE, n)).collect();
+        rest.iter().for_each(|frame| vehicle.send(frame));
+    });
 }
 
 #[test]

@@ -107,6 +107,20 @@ class Service:
         except TimeoutError:
             raise AssertionError(f"no message; {self.stop()}") from None
 
+    def hear_all_but(self, known, count):
+        """The next messages but these, as many as that."""
+        heard = []
+        while len(heard) < count:
+            message = self.hear()
+            if message != known:
+                heard.append(message)
+        return heard
+
+    def reload(self, command):
+        """Has it read its configuration anew, with the unit's command."""
+        command = command.replace("$MAINPID", str(self.process.pid))
+        subprocess.run(shlex.split(command), check=True, timeout=PATIENCE)
+
     def stop(self):
         """Asks it to end, and returns its exit status and its log."""
         self.process.send_signal(signal.SIGTERM)

@@ -28,7 +28,7 @@ def before(machine):
 
 def condition(machine):
     """Whether systemd would start the service, and what it would log."""
-    script = re.fullmatch(r"/bin/sh -c '(.*)'", machine.setting("ExecCondition")).group(1)
+    script = re.fullmatch(r"\+/bin/sh -c '(.*)'", machine.setting("ExecCondition")).group(1)
     done = machine.run("/bin/sh", "-c", script)
     return done.returncode == 0, done.stdout
 
@@ -113,11 +113,12 @@ def test_edited_as_the_readme_says_it_starts_and_tells_its_manager_all(machine):
         assert service.hear() == "WATCHDOG=1"
         assert service.hear() == "WATCHDOG=1"
         assert time.monotonic() - started > 0.5, "twice in its time, and not more often"
+        service.reload(machine.setting("ExecReload"))
+        told = service.hear_all_but("WATCHDOG=1", 2)
+        assert re.fullmatch(r"RELOADING=1\nMONOTONIC_USEC=\d+", told[0])
+        assert told[1] == "READY=1\nSTATUS=0 links, 0 components; waiting for fc"
         status, log = service.stop()
-        last = service.hear()
-        while last == "WATCHDOG=1":
-            last = service.hear()
-        assert (last, status) == ("STOPPING=1", 0)
+        assert (service.hear_all_but("WATCHDOG=1", 1), status) == (["STOPPING=1"], 0)
         assert "gcs: listening on 0.0.0.0:14550" in log and "waiting for it" in log, log
     finally:
         service.close()

@@ -73,7 +73,7 @@ fn condition(files: &[(&str, &str)]) -> (bool, String) {
         dir.write(name, text);
     }
     let [line] = &values("ExecCondition")[..] else { panic!("one condition") };
-    let script = line.strip_prefix("/bin/sh -c '").unwrap().strip_suffix('\'').unwrap();
+    let script = line.strip_prefix("+/bin/sh -c '").unwrap().strip_suffix('\'').unwrap();
     let script = script.replace(CONFIG_DIR, dir.path("").to_str().unwrap().trim_end_matches('/'));
     let output = Command::new("/bin/sh").args(["-c", &script]).output().unwrap();
     // Other statuses are a failure, and not a condition.

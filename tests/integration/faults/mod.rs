@@ -9,3 +9,4 @@ mod names;
 mod serial;
 mod stopped;
 mod stuck;
+mod told;

@@ -107,7 +107,7 @@ impl Router {
 
     /// The address from which this endpoint sends.
     pub(crate) fn sends_from(&self, endpoint: &str) -> SocketAddr {
-        let line = self.log.wait_for(&[&format!("{endpoint}: sending to ")]);
+        let line = self.log.wait_for(&[&format!("{endpoint}: link #"), " up: ", " from "]);
         first_word(line.split_once(" from ").expect("a source address").1)
     }
 
