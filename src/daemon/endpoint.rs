@@ -237,6 +237,11 @@ impl Endpoint {
         bauds.get(self.baud).copied()
     }
 
+    /// Whether it is a UDP socket that takes datagrams.
+    pub(super) fn has_room(&self) -> bool {
+        matches!(&self.state, State::Datagrams(datagrams) if datagrams.writable)
+    }
+
     pub(super) fn options(&self) -> &EndpointOptions {
         &self.config.options
     }

@@ -18,7 +18,7 @@ use super::reload::{Host, Reloader};
 use super::settings::settle;
 use super::signals::Signals;
 use super::timers::Timers;
-use super::transmit::Io;
+use super::transmit::{Io, tell_of_room};
 use crate::config::{EndpointConfig, General};
 use crate::link::{Inbox, Opener, Resolver};
 use crate::mavlink::{Checker, Dialect};
@@ -61,6 +61,8 @@ pub(super) struct Daemon {
     pub(super) accepting: Vec<EndpointId>,
     /// Links that stopped in the middle of a frame.
     pub(super) unfinished: LinkSet,
+    /// When [`super::timers::Timer::Pause`] has something to do.
+    pub(super) pause_timer: Option<Time>,
     /// Where a datagram of somebody unknown stands while it is looked at.
     pub(super) stranger: Vec<u8>,
     pub(super) component_log: LogLimit,
@@ -159,6 +161,7 @@ impl Daemon {
         signals: Signals,
     ) -> Result<Self, StartError> {
         let waker = Arc::new(Waker::new(poll.registry(), WAKE).map_err(StartError::System)?);
+        let registry = poll.registry().try_clone().map_err(StartError::System)?;
         let now = Time::ZERO;
         Ok(Self {
             poll,
@@ -173,12 +176,13 @@ impl Daemon {
             general,
             checker: Checker::new(dialect),
             inbox: Inbox::new(),
-            io: Io::new(),
+            io: Io::new(registry),
             timers: Timers::default(),
             router_deadline: None,
             ready: Vec::new(),
             accepting: Vec::new(),
             unfinished: LinkSet::EMPTY,
+            pause_timer: None,
             stranger: Vec::new(),
             component_log: LogLimit::new(now),
             notifier: Notifier::from_environment(),
@@ -304,8 +308,14 @@ impl Daemon {
             State::Datagrams(port) => {
                 if event.is_writable() && !port.writable {
                     port.writable = true;
+                    let registry = self.poll.registry();
+                    // If it fails there are wake-ups for nothing, and no harm.
+                    let _ = tell_of_room(registry, &mut port.socket, event.token(), false);
                     let links = port.links();
                     links.iter().for_each(|link| self.io.flush(&mut self.router, *link, self.now));
+                }
+                if event.is_error() {
+                    self.handle_refusals(index);
                 }
                 if event.is_readable() || event.is_error() {
                     self.receive_datagrams(index);
@@ -325,6 +335,8 @@ impl Daemon {
         output.read_closed |= event.is_read_closed() || event.is_error();
         if event.is_writable() && !output.writable {
             output.writable = true;
+            // As above.
+            let _ = tell_of_room(self.poll.registry(), &mut output.stream, event.token(), false);
             self.io.flush(&mut self.router, id, self.now);
         }
         if event.is_readable() || event.is_read_closed() || event.is_error() {

@@ -10,6 +10,7 @@ use super::endpoint::{Answerer, DatagramPort, Endpoint, Peers, Role, State};
 use super::endpoint_table::EndpointId;
 use super::event_loop::{Daemon, Meaning};
 use super::links::Output;
+use super::transmit::UNLESS_FULL;
 use crate::config::{Address, Host, HostPort};
 use crate::link::{UdpSettings, connect, interface_index, join_multicast, listen, open_udp};
 use crate::routing::LinkId;
@@ -107,7 +108,10 @@ impl Daemon {
         let action = || format!("send to {remote}");
         let options = self.io.endpoints[index].options();
         let local = doing(action, bind_address(options.bind.as_ref(), remote))?;
-        let settings = UdpSettings { device: options.dev.as_deref(), ..UdpSettings::default() };
+        // Who refuses may have moved, if it is known by name.
+        let hears_refusals = self.host_name(index).is_some();
+        let device = options.dev.as_deref();
+        let settings = UdpSettings { device, hears_refusals, ..UdpSettings::default() };
         let socket = doing(|| format!("send from {local}"), open_udp(local, settings))?;
         let local = doing(action, socket.local_addr())?;
         let link = self.add_sender_link(index, remote, local)?;
@@ -166,10 +170,9 @@ impl Daemon {
         action: impl Fn() -> String,
     ) -> Result<(), OpenError> {
         let token = Meaning::Endpoint(index.slot()).token();
-        let interest = Interest::READABLE | Interest::WRITABLE;
-        doing(&action, self.registry().register(&mut port.socket, token, interest))?;
+        doing(&action, self.registry().register(&mut port.socket, token, UNLESS_FULL))?;
         if let Some(socket) = &mut port.group_socket {
-            doing(&action, self.registry().register(socket, token, Interest::READABLE))?;
+            doing(&action, self.registry().register(socket, token, UNLESS_FULL))?;
         }
         self.set_open(index, State::Datagrams(port));
         Ok(())

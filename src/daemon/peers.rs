@@ -10,9 +10,9 @@ use super::event_loop::{Daemon, Meaning, Ready};
 use super::links::{Link, Output, StreamOutput};
 use super::log_limit::Topic;
 use super::timers::Timer;
+use super::transmit::UNLESS_FULL;
 use crate::link::{Stream, tune};
 use crate::routing::{LinkId, MAX_LINKS};
-use mio::Interest;
 use mio::event::Source;
 use mio::net::TcpStream;
 use tracing::Level;
@@ -70,9 +70,8 @@ impl Daemon {
             io::Error::other("too many links")
         })?;
         if let Some(Link { output: Output::Stream(output), .. }) = self.io.links.get_mut(id) {
-            let interest = Interest::READABLE | Interest::WRITABLE;
             let token = Meaning::Link(id).token();
-            if let Err(error) = output.stream.register(self.poll.registry(), token, interest) {
+            if let Err(error) = output.stream.register(self.poll.registry(), token, UNLESS_FULL) {
                 self.close_link(id, &error.to_string());
                 return Err(error);
             }

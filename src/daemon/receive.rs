@@ -18,9 +18,17 @@ use crate::routing::LinkId;
 /// enough to be worth the turn, short enough that a flood keeps nobody waiting.
 const BATCHES: usize = 2;
 
+/// When receiving is tried again that has only failed.
+const RECEIVE_AGAIN: Duration = Duration::from_millis(500);
+
 /// How long a link may stop in the middle of a frame before complete frames are looked for behind
 /// the start of it (rule 18).
 const PAUSE: Duration = Duration::from_millis(50);
+
+/// The same over TCP. That loses nothing, so its pauses tell of nothing but its own repetitions,
+/// the first of which takes 200 ms or little more. Only a serial line behind the other side may
+/// have lost something.
+const TCP_PAUSE: Duration = Duration::from_millis(500);
 
 impl Daemon {
     /// Goes on where the last turn left off.
@@ -84,6 +92,7 @@ impl Daemon {
 
     /// Reads one of the two sockets that an endpoint may have; says whether it is empty now.
     fn receive_batches(&mut self, index: EndpointId, group: bool) -> bool {
+        let mut failures = 0;
         for _ in 0..BATCHES {
             let State::Datagrams(port) = &self.io.endpoints[index].state else {
                 return true;
@@ -101,14 +110,19 @@ impl Daemon {
                     }
                 }
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => return true,
-                Err(error) if is_of_datagram(&error) => {}
+                Err(error) if is_of_datagram(&error) => failures += 1,
                 Err(error) => {
-                    self.warn(index, &format!("cannot receive: {error}"));
-                    return true;
+                    self.warn(index, &format!("cannot receive: {error}; trying again"));
+                    failures = BATCHES;
+                    break;
                 }
             }
         }
-        false
+        // Nothing but errors may go on for ever: then there is time for others in between.
+        if failures == BATCHES {
+            self.set_deadline(index, RECEIVE_AGAIN);
+        }
+        failures == BATCHES
     }
 
     /// `to_group`: it was sent to the multicast group, and not to us alone.
@@ -214,25 +228,40 @@ impl Daemon {
     }
 
     fn watch_unfinished(&mut self, id: LinkId) {
-        if self.unfinished.is_empty() {
-            self.timers.set(self.now + PAUSE, Timer::Pause);
-        }
+        let Some(link) = self.io.links.get(id) else { return };
         self.unfinished.insert(id);
+        let at = link.last_read + pause(&link.output);
+        if self.pause_timer.is_none_or(|set| set > at) {
+            self.pause_timer = Some(at);
+            self.timers.set(at, Timer::Pause);
+        }
     }
 
     /// Rule 18: looks behind the unfinished frames of links that have paused.
     pub(super) fn handle_pause(&mut self) {
+        if self.pause_timer.is_some_and(|set| set > self.now) {
+            return;
+        }
+        self.pause_timer = None;
         let unfinished = std::mem::take(&mut self.unfinished);
         for id in unfinished.iter() {
             let Some(link) = self.io.links.get(id) else {
                 continue;
             };
-            if self.now.since(link.last_read) >= PAUSE {
+            if self.now.since(link.last_read) >= pause(&link.output) {
                 self.route(id, 0, 0, Input::Paused);
             } else if link.splitter.is_waiting() {
                 self.watch_unfinished(id);
             }
         }
+    }
+}
+
+/// How long a link may stop in the middle of a frame.
+fn pause(output: &Output) -> Duration {
+    match output {
+        Output::Stream(StreamOutput { stream: Stream::Tcp(_), .. }) => TCP_PAUSE,
+        _ => PAUSE,
     }
 }
 

@@ -3,14 +3,19 @@
 use std::io;
 use std::net::SocketAddr;
 
+use mio::event::Source;
+use mio::{Interest, Registry, Token};
+
 use super::endpoint::{Endpoint, State};
 use super::endpoint_table::EndpointTable;
+use super::event_loop::Meaning;
 use super::links::{LinkTable, Output, StreamOutput};
-use crate::link::{BATCH, send_datagrams};
+use crate::link::{BATCH, send_datagrams, take_refusals};
 use crate::routing::{LinkId, LinkSet, Packed, Port, Router, Time};
 
 /// Everything that bytes leave by.
 pub(super) struct Io {
+    registry: Registry,
     pub(super) endpoints: EndpointTable,
     pub(super) links: LinkTable,
     /// Links to be closed at the end of the turn, and why. Not at once: whoever notices is in the
@@ -25,8 +30,9 @@ pub(super) struct Io {
 }
 
 impl Io {
-    pub(super) fn new() -> Self {
+    pub(super) fn new(registry: Registry) -> Self {
         Self {
+            registry,
             endpoints: EndpointTable::default(),
             links: LinkTable::new(),
             closing: Vec::new(),
@@ -54,7 +60,13 @@ impl Io {
         };
         let is_writable = match &mut link.output {
             Output::Stream(output) => {
-                if let Err(error) = flush_stream(output, port, now) {
+                let had_room = output.writable;
+                let mut result = flush_stream(output, port, now);
+                if result.is_ok() && had_room && !output.writable {
+                    let token = Meaning::Link(id).token();
+                    result = tell_of_room(&self.registry, &mut output.stream, token, true);
+                }
+                if let Err(error) = result {
                     self.closing.push((id, error.to_string()));
                 }
                 if let Some(since) = output.blocked_since
@@ -66,10 +78,20 @@ impl Io {
             }
             Output::Datagrams(peer) => {
                 let endpoint = &mut self.endpoints[link.endpoint];
+                let had_room = endpoint.has_room();
                 if !flush_datagrams(*peer, port, endpoint, now) {
                     self.unsent.insert(id);
                 }
-                matches!(&endpoint.state, State::Datagrams(datagrams) if datagrams.writable)
+                if had_room
+                    && let State::Datagrams(datagrams) = &mut endpoint.state
+                    && !datagrams.writable
+                {
+                    let token = Meaning::Endpoint(link.endpoint.slot()).token();
+                    // If even that fails, the next datagram finds out whether there is room.
+                    let asked = tell_of_room(&self.registry, &mut datagrams.socket, token, true);
+                    datagrams.writable = asked.is_err();
+                }
+                endpoint.has_room()
             }
         };
         // A blocked link waits for room, not for its pace: the system says when.
@@ -106,12 +128,27 @@ fn flush_stream(output: &mut StreamOutput, port: &mut Port, now: Time) -> io::Re
     }
 }
 
+/// Says whether the system is to tell when there is room to send. It is asked only by who has found
+/// none: of UDP sockets and serial ports it would else tell after every single write.
+pub(super) fn tell_of_room(
+    registry: &Registry,
+    source: &mut impl Source,
+    token: Token,
+    is_wanted: bool,
+) -> io::Result<()> {
+    let interest = if is_wanted { UNLESS_FULL | Interest::WRITABLE } else { UNLESS_FULL };
+    registry.reregister(source, token, interest)
+}
+
+/// What the system is to tell of a socket or port that has room to send.
+pub(super) const UNLESS_FULL: Interest = Interest::READABLE;
+
 /// Says whether the system took all that it was given.
 fn flush_datagrams(peer: SocketAddr, port: &mut Port, endpoint: &mut Endpoint, now: Time) -> bool {
     let State::Datagrams(datagrams) = &mut endpoint.state else { return true };
     let destination = datagrams.destination(peer, now);
     let longest = if endpoint.config.options.pack { endpoint.config.options.mtu } else { 0 };
-    let mut failure = None;
+    let (mut failure, mut refused) = (None, false);
     while datagrams.writable {
         let sendable = port.sendable(now);
         if sendable == 0 {
@@ -119,10 +156,12 @@ fn flush_datagrams(peer: SocketAddr, port: &mut Port, endpoint: &mut Endpoint, n
         }
         let socket = &datagrams.socket;
         let waiting = port.frames().packed(usize::from(longest));
-        let (sent, error) = send_datagrams(socket, destination, within(waiting, sendable));
-        let sent: usize = port.frames().packed(usize::from(longest)).take(sent).map(len).sum();
-        port.consume(sent);
-        match error {
+        let sent = send_datagrams(socket, destination, within(waiting, sendable));
+        refused |= sent.refused;
+        let bytes: usize =
+            port.frames().packed(usize::from(longest)).take(sent.count).map(len).sum();
+        port.consume(bytes);
+        match sent.error {
             None => {}
             Some(error) if error.kind() == io::ErrorKind::WouldBlock => datagrams.writable = false,
             // Too long, no route, no buffers: this datagram is lost, the link is not.
@@ -133,7 +172,10 @@ fn flush_datagrams(peer: SocketAddr, port: &mut Port, endpoint: &mut Endpoint, n
             }
         }
     }
-    let is_sent = failure.is_none();
+    if refused {
+        take_refusals(&datagrams.socket, BATCH);
+    }
+    let is_sent = failure.is_none() && !refused;
     // Told once, until it works again or another reason is found.
     let kind = |failure: &Option<(SocketAddr, io::Error)>| failure.as_ref().map(|it| it.1.kind());
     endpoint.unsendable_is_told &= kind(&failure) == kind(&endpoint.unsendable);

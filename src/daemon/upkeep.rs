@@ -9,11 +9,11 @@ use tracing::info;
 
 use super::endpoint::{Bound, Role, State};
 use super::endpoint_table::EndpointId;
-use super::event_loop::Daemon;
+use super::event_loop::{Daemon, Ready};
 use super::links::Output;
 use super::open::{OpenError, bind_address, own_address};
 use crate::config::{Address, Host, HostPort};
-use crate::link::{Resolved, interface_index, join_multicast};
+use crate::link::{BATCH, Resolved, interface_index, join_multicast, take_refusals};
 
 /// How often a name is asked for again while its address is in use.
 const ASK_AGAIN: Duration = Duration::from_secs(30);
@@ -58,7 +58,7 @@ impl Daemon {
         }
     }
 
-    fn host_name(&self, index: EndpointId) -> Option<(String, u16)> {
+    pub(super) fn host_name(&self, index: EndpointId) -> Option<(String, u16)> {
         match self.io.endpoints[index].config.address.host_port()? {
             HostPort { host: Host::Name(name), port } => Some((name.clone(), *port)),
             _ => None,
@@ -80,9 +80,9 @@ impl Daemon {
             }
         }
         self.rejoin(index);
-        if let State::Listening(..) = self.io.endpoints[index].state {
-            self.accepting.push(index);
-        } else if let Address::UdpOut(_) = self.io.endpoints[index].config.address
+        // Where receiving or accepting has failed, it is tried again now.
+        self.ready.push(Ready::Endpoint(index));
+        if let Address::UdpOut(_) = self.io.endpoints[index].config.address
             && let Some((name, port)) = self.host_name(index)
             && !std::mem::replace(&mut self.io.endpoints[index].is_asking, true)
         {
@@ -125,7 +125,18 @@ impl Daemon {
         self.try_later(index, OpenError { action: action.trim_end().to_owned(), error });
     }
 
-    /// Datagrams to these links could not be sent in this turn: perhaps a name has moved.
+    /// Somebody may have refused what was sent by a UDP socket.
+    pub(super) fn handle_refusals(&mut self, index: EndpointId) {
+        if let State::Datagrams(port) = &self.io.endpoints[index].state
+            && let Role::Sender { link, .. } = port.role
+            && take_refusals(&port.socket, BATCH)
+        {
+            self.io.unsent.insert(link);
+        }
+    }
+
+    /// Datagrams to these links could not be sent in this turn, or did not arrive: perhaps a name
+    /// has moved.
     pub(super) fn handle_unsent(&mut self) {
         for link in std::mem::take(&mut self.io.unsent).iter() {
             let Some(index) = self.io.links.get(link).map(|link| link.endpoint) else { continue };

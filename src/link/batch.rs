@@ -1,6 +1,6 @@
 //! The loop's buffers: datagrams come in and go out by the batch.
 
-use std::io;
+use std::io::{self, ErrorKind::ConnectionRefused};
 use std::net::SocketAddr;
 use std::os::fd::AsFd;
 
@@ -68,26 +68,46 @@ impl Default for Inbox {
     }
 }
 
-/// Sends `datagrams`, each in two pieces, to `destination`, at most [`BATCH`] of them; says how many
-/// went, and what stopped the next one.
+/// What became of datagrams.
+#[derive(Debug)]
+pub struct Sent {
+    /// How many went.
+    pub count: usize,
+    /// What stopped the next one.
+    pub error: Option<io::Error>,
+    /// Whether earlier ones were refused where they were sent to.
+    pub refused: bool,
+}
+
+/// Sends `datagrams`, each in two pieces, to `destination`, at most [`BATCH`] of them.
 pub fn send_datagrams<'a>(
     socket: impl AsFd,
     destination: SocketAddr,
     datagrams: impl Iterator<Item = (&'a [u8], &'a [u8])>,
-) -> (usize, Option<io::Error>) {
+) -> Sent {
     let mut batch = [Outgoing { pieces: (&[], &[]), destination }; BATCH];
     let mut count = 0;
     for (place, pieces) in batch.iter_mut().zip(datagrams) {
         place.pieces = pieces;
         count += 1;
     }
-    let mut sent = 0;
-    while sent < count {
-        match sys::send_batch(socket.as_fd(), &batch[sent..count]) {
-            Ok(more) => sent += more,
+    let mut sent = Sent { count: 0, error: None, refused: false };
+    let mut refusals = 0;
+    while sent.count < count {
+        match sys::send_batch(socket.as_fd(), &batch[sent.count..count]) {
+            Ok(more) => sent.count += more,
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) => return (sent, Some(error)),
+            // The answer to an earlier one; this one has not been tried. More answers than
+            // datagrams are no answers.
+            Err(error) if error.kind() == ConnectionRefused && refusals <= count => {
+                refusals += 1;
+                sent.refused = true;
+            }
+            Err(error) => {
+                sent.error = Some(error);
+                break;
+            }
         }
     }
-    (sent, None)
+    sent
 }

@@ -15,12 +15,12 @@ mod tcp;
 mod udp;
 
 pub use backoff::Backoff;
-pub use batch::{BATCH, Inbox, send_datagrams};
+pub use batch::{BATCH, Inbox, Sent, send_datagrams};
 pub use opener::{Opener, SerialAnswer, SerialOutcome};
 pub use ports::{Port, find_flight_controller, list_ports};
 pub use resolver::{Resolved, Resolver};
 pub use serial::SerialSettings;
 pub use stream::{Slowness, Stream};
-pub use sys::interface_index;
+pub use sys::{interface_index, take_refusals};
 pub use tcp::{connect, listen, tune};
 pub use udp::{UdpSettings, join_multicast, open_udp};

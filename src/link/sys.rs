@@ -164,6 +164,37 @@ const FLAGS: usize = 4;
 /// `ASYNC_LOW_LATENCY` of `linux/tty_flags.h`.
 const ASYNC_LOW_LATENCY: libc::c_int = 1 << 13;
 
+/// Has a UDP socket told when a datagram was refused where it was sent to.
+///
+/// # Errors
+///
+/// As `setsockopt(2)`.
+pub(super) fn report_refusals(socket: impl AsFd, is_ipv6: bool) -> io::Result<()> {
+    let (level, option) = match is_ipv6 {
+        false => (libc::IPPROTO_IP, libc::IP_RECVERR),
+        true => (libc::IPPROTO_IPV6, libc::IPV6_RECVERR),
+    };
+    let (socket, on): (_, libc::c_int) = (socket.as_fd().as_raw_fd(), 1);
+    let length = size_of_val(&on) as libc::socklen_t;
+    // SAFETY: the system reads one number of that length from where the pointer leads.
+    match unsafe { libc::setsockopt(socket, level, option, (&raw const on).cast(), length) } {
+        0 => Ok(()),
+        _ => Err(io::Error::last_os_error()),
+    }
+}
+
+/// Takes what such a socket has to tell, at most `limit` of it; says whether there was anything.
+pub fn take_refusals(socket: impl AsFd, limit: usize) -> bool {
+    let flags = libc::MSG_ERRQUEUE | libc::MSG_DONTWAIT;
+    let take = |_: &usize| {
+        // SAFETY: the system writes nothing to a buffer of length zero.
+        let result =
+            unsafe { libc::recv(socket.as_fd().as_raw_fd(), std::ptr::null_mut(), 0, flags) };
+        result >= 0
+    };
+    (0..limit).take_while(take).count() > 0
+}
+
 /// The number of the network interface with this name.
 ///
 /// # Errors

@@ -6,6 +6,8 @@ use std::net::{IpAddr, SocketAddr};
 use mio::net::UdpSocket;
 use socket2::{Domain, InterfaceIndexOrAddress, Protocol, SockRef, Socket, Type};
 
+use super::sys;
+
 /// The kernel's receive buffer that we ask for, in bytes: a burst of some thousand frames.
 const RECEIVE_BUFFER: usize = 1 << 20;
 
@@ -20,6 +22,8 @@ pub struct UdpSettings<'a> {
     pub shared: bool,
     /// At an IPv6 address, speaks with IPv4 peers as well.
     pub takes_ipv4: bool,
+    /// Is told when what it sends is refused; see [`super::take_refusals`].
+    pub hears_refusals: bool,
     /// How many networks a multicast datagram may pass.
     pub multicast_ttl: Option<u8>,
 }
@@ -45,6 +49,9 @@ pub fn open_udp(local: SocketAddr, settings: UdpSettings<'_>) -> io::Result<UdpS
             SocketAddr::V4(_) => socket.set_multicast_ttl_v4(ttl.into())?,
             SocketAddr::V6(_) => socket.set_multicast_hops_v6(ttl.into())?,
         }
+    }
+    if settings.hears_refusals {
+        sys::report_refusals(&socket, local.is_ipv6())?;
     }
     // The system may grant less; that is no reason to stop.
     let _ = socket.set_recv_buffer_size(RECEIVE_BUFFER);

@@ -1,7 +1,7 @@
 //! Finding frames in a stream: cut anywhere, begun anywhere, with anything in between (rules 17-19).
 
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::harness::*;
 
@@ -30,6 +30,32 @@ fn after_a_damaged_frame_three_good_ones_of_the_same_write_arrive_at_once() {
         gcs.expect_each(&good);
     }
     gcs.expect_nothing_from(&mut vehicle);
+}
+
+#[test]
+fn a_connection_that_pauses_within_a_frame_with_a_frame_in_it_gives_the_outer_one() {
+    let router = Router::start(&[TCP, UDP]);
+    let mut gcs = router.udp("udp", GCS);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    for n in 0..20 {
+        let mut payload = heartbeat(OTHER);
+        payload.resize(200, 1);
+        let outer = Draft::new(VEHICLE, ENCAPSULATED_DATA, payload).build();
+        let began = Instant::now();
+        vehicle.send(&outer[..100]);
+        // As long as TCP takes to repeat what was lost.
+        thread::sleep(Duration::from_millis(200));
+        vehicle.send(&outer[100..]);
+        vehicle.send(attitude(VEHICLE, n));
+        let sent_within = began.elapsed();
+        let received = gcs.receive_rest_from(&mut vehicle);
+        // On a machine that pauses here for longer, once more.
+        if sent_within < Duration::from_millis(350) {
+            assert_eq!(received, [outer, attitude(VEHICLE, n)]);
+            return;
+        }
+    }
+    panic!("the machine is too busy to tell");
 }
 
 /// Forty frames full of start bytes, for the ground station; no two transfers have one in common.

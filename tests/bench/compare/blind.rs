@@ -40,6 +40,9 @@ pub(crate) struct Ends {
     tcp_server: Option<SocketAddr>,
     #[arg(long)]
     serial: Option<PathBuf>,
+    /// Each datagram goes to the next client, instead of to all
+    #[arg(long)]
+    in_turn: bool,
 }
 
 const SERVER: Token = Token(0);
@@ -80,8 +83,16 @@ struct Forwarder {
     sender: UdpSocket,
     destination: Option<SocketAddrV4>,
     listener: Option<TcpListener>,
-    clients: Vec<TcpStream>,
+    clients: Clients,
     serial: Option<File>,
+    room: Room,
+}
+
+/// What is read into and written from, made once.
+struct Room {
+    slots: Box<[[u8; LONGEST]; BATCH]>,
+    incoming: MultiHeaders<SockaddrIn>,
+    outgoing: MultiHeaders<SockaddrIn>,
 }
 
 impl Forwarder {
@@ -110,75 +121,67 @@ impl Forwarder {
             file
         });
         let any = SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0));
-        let sender = UdpSocket::bind(any).expect("a UDP socket");
-        let destination = ends.udp_client;
-        Self { server, sender, destination, listener, clients: Vec::new(), serial }
+        Self {
+            server,
+            sender: UdpSocket::bind(any).expect("a UDP socket"),
+            destination: ends.udp_client,
+            listener,
+            clients: Clients { streams: Vec::new(), in_turn: ends.in_turn, next: 0 },
+            serial,
+            room: Room::new(),
+        }
     }
 
     fn accept(&mut self) {
         while let Some(Ok((stream, _))) = self.listener.as_ref().map(TcpListener::accept) {
             stream.set_nodelay(true).expect("no delay");
-            self.clients.push(stream);
+            self.clients.streams.push(stream);
         }
     }
 
     /// One call per datagram in, one per datagram and destination out.
     fn datagrams(&mut self) {
-        let mut buffer = [0; LONGEST];
-        loop {
-            let Some(Ok(count)) = self.server.as_ref().map(|socket| socket.recv(&mut buffer))
-            else {
-                return;
-            };
-            self.send(&buffer[..count]);
+        let Some(server) = &self.server else { return };
+        while let Ok(count) = server.recv(&mut self.room.slots[0]) {
+            let bytes = &self.room.slots[0][..count];
+            self.clients.send(bytes);
+            send(&self.sender, self.destination, bytes);
         }
     }
 
     /// What the serial port has, as it comes.
     fn line(&mut self) {
-        let mut buffer = [0; 1 << 16];
-        loop {
-            let count = self.serial.as_mut().map(|file| file.read(&mut buffer));
-            let Some(Ok(count @ 1..)) = count else { return };
-            self.send(&buffer[..count]);
-        }
-    }
-
-    fn send(&mut self, bytes: &[u8]) {
-        // What has no room is lost: who does not look at the bytes has no better choice.
-        if let Some(destination) = self.destination {
-            let _ = self.sender.send_to(bytes, destination.into());
-        }
-        for client in &mut self.clients {
-            let _ = client.write(bytes);
+        let Some(serial) = &mut self.serial else { return };
+        while let Ok(count @ 1..) = serial.read(self.room.slots.as_flattened_mut()) {
+            let bytes = &self.room.slots.as_flattened()[..count];
+            self.clients.send(bytes);
+            send(&self.sender, self.destination, bytes);
         }
     }
 
     /// As many datagrams a call as there are, in and out.
     fn batches(&mut self) {
-        let Some(server) = &self.server else { return };
-        let mut slots = [[0; LONGEST]; BATCH];
-        let mut headers = MultiHeaders::<SockaddrIn>::preallocate(BATCH, None);
-        let mut lengths = [0; BATCH];
+        let Some(server) = self.server.as_ref().map(AsRawFd::as_raw_fd) else { return };
         loop {
+            let Room { slots, incoming, outgoing } = &mut self.room;
             let mut pieces = slots.each_mut().map(|slot| [IoSliceMut::new(slot)]);
             let flags = MsgFlags::MSG_DONTWAIT;
-            let received =
-                recvmmsg(server.as_raw_fd(), &mut headers, pieces.iter_mut(), flags, None);
-            let Ok(received) = received else { return };
-            let mut count = 0;
+            let Ok(received) = recvmmsg(server, incoming, pieces.iter_mut(), flags, None) else {
+                return;
+            };
+            let (mut lengths, mut count) = ([0; BATCH], 0);
             for (length, message) in lengths.iter_mut().zip(received) {
                 *length = message.bytes;
                 count += 1;
             }
-            let datagrams: Vec<_> = slots.iter().zip(lengths).take(count).collect();
-            let datagrams = datagrams.iter().map(|(slot, length)| IoSlice::new(&slot[..*length]));
-            let datagrams: Vec<_> = datagrams.collect();
-            for client in &mut self.clients {
-                let _ = client.write_vectored(&datagrams);
-            }
+            let datagrams: [_; BATCH] =
+                std::array::from_fn(|at| IoSlice::new(&slots[at][..lengths[at]]));
+            self.clients.send_all(&datagrams[..count]);
             if let Some(destination) = self.destination {
-                send_batch(&self.sender, destination, &datagrams);
+                let pieces = datagrams.each_ref().map(|datagram| [*datagram]);
+                let to = [Some(SockaddrIn::from(destination)); BATCH];
+                let socket = self.sender.as_raw_fd();
+                let _ = sendmmsg(socket, outgoing, &pieces[..count], to, [], flags);
             }
             // A short batch: there was no more.
             if count < BATCH {
@@ -188,10 +191,49 @@ impl Forwarder {
     }
 }
 
-fn send_batch(socket: &UdpSocket, destination: SocketAddrV4, datagrams: &[IoSlice<'_>]) {
-    let mut headers = MultiHeaders::<SockaddrIn>::preallocate(BATCH, None);
-    let pieces: Vec<_> = datagrams.iter().map(|datagram| [*datagram]).collect();
-    let destinations = vec![Some(SockaddrIn::from(destination)); pieces.len()];
-    let flags = MsgFlags::MSG_DONTWAIT;
-    let _ = sendmmsg(socket.as_raw_fd(), &mut headers, &pieces, destinations, [], flags);
+impl Room {
+    fn new() -> Self {
+        let headers = || MultiHeaders::preallocate(BATCH, None);
+        let slots = Box::new([[0; LONGEST]; BATCH]);
+        Self { slots, incoming: headers(), outgoing: headers() }
+    }
+}
+
+/// What has no room is lost: who does not look at the bytes has no better choice.
+fn send(socket: &UdpSocket, destination: Option<SocketAddrV4>, bytes: &[u8]) {
+    if let Some(destination) = destination {
+        let _ = socket.send_to(bytes, destination.into());
+    }
+}
+
+struct Clients {
+    streams: Vec<TcpStream>,
+    /// Each datagram is for the next of them.
+    in_turn: bool,
+    next: usize,
+}
+
+impl Clients {
+    fn send(&mut self, bytes: &[u8]) {
+        if self.in_turn {
+            self.next = (self.next + 1) % self.streams.len().max(1);
+            if let Some(client) = self.streams.get_mut(self.next) {
+                let _ = client.write(bytes);
+            }
+        } else {
+            for client in &mut self.streams {
+                let _ = client.write(bytes);
+            }
+        }
+    }
+
+    fn send_all(&mut self, datagrams: &[IoSlice<'_>]) {
+        if self.in_turn {
+            datagrams.iter().for_each(|datagram| self.send(datagram));
+        } else {
+            for client in &mut self.streams {
+                let _ = client.write_vectored(datagrams);
+            }
+        }
+    }
 }

@@ -48,7 +48,7 @@ fn measure(router: &Candidate) -> [f64; 5] {
         udp_server: Some(free_udp()),
         udp_client: Some(ground.local_addr().expect("a bound socket")),
         tcp_server: Some(server),
-        serial: None,
+        ..Layout::default()
     };
     let begin = Instant::now();
     let running = router.start(&layout);

@@ -13,6 +13,8 @@ pub(crate) struct Layout {
     pub(crate) tcp_server: Option<SocketAddr>,
     /// It opens this device, with so many baud.
     pub(crate) serial: Option<(String, u32)>,
+    /// Each frame is for one of the TCP clients. A router sees by itself for which.
+    pub(crate) in_turn: bool,
 }
 
 impl Layout {
@@ -61,6 +63,7 @@ impl Layout {
         words.extend(self.udp_client.map(|at| format!("--udp-client {at}")));
         words.extend(self.tcp_server.map(|at| format!("--tcp-server {at}")));
         words.extend(self.serial.iter().map(|(path, _)| format!("--serial {path}")));
+        words.extend(self.in_turn.then(|| "--in-turn".to_owned()));
         words.join(" ")
     }
 }

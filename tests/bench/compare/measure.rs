@@ -86,6 +86,7 @@ impl Stage {
         let mut layout = Layout {
             udp_client: (!scenario.directed).then(|| address(&ground)),
             tcp_server: (scenario.clients > 0).then(free_tcp),
+            in_turn: scenario.directed,
             ..Layout::default()
         };
         let (mut kept, mut ears) = (Vec::new(), vec![ground]);

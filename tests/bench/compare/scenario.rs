@@ -64,7 +64,7 @@ pub(crate) const SCENARIOS: [Scenario; 10] = [
 impl Scenario {
     /// Whether such a program can do what is asked.
     pub(crate) fn suits(&self, candidate: &Candidate) -> bool {
-        candidate.is_router() || (!self.directed && self.source != Source::Udp(100))
+        candidate.is_router() || self.source != Source::Udp(100)
     }
 
     /// How many copies of each frame are to arrive.

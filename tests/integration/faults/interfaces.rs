@@ -10,13 +10,13 @@ const TCP: &str = "tcpin:127.0.0.1:0?name=tcp";
 /// An endpoint at the near end of the cable, and how to be its peer at the far end.
 type Way = (&'static str, fn(&FarNetwork, Component) -> Peer<UdpWire>);
 
-const SENDER: Way = ("udpout:10.99.0.2:14550?name=far", at_14550);
-const SENDER_ON_DEVICE: Way = ("udpout:10.99.0.2:14550?name=far&dev=near", at_14550);
-const SERVER: Way = ("udpin:0.0.0.0:14551?name=far", to_14551);
-const SERVER_AT_ADDRESS: Way = ("udpin:10.99.0.1:14553?name=far", to_14553);
-const SERVER_ON_DEVICE: Way = ("udpin:0.0.0.0:14551?name=far&dev=near", to_14551);
-const MULTICAST: Way = ("mcast:239.255.145.50:14552?name=far", in_group);
-const MULTICAST_ON_DEVICE: Way = ("mcast:239.255.145.50:14552?name=far&dev=near", in_group);
+const SENDER: Way = ("udpout:10.99.0.2:14550", at_14550);
+const SENDER_ON_DEVICE: Way = ("udpout:10.99.0.2:14550?dev=near", at_14550);
+const SERVER: Way = ("udpin:0.0.0.0:14551", to_14551);
+const SERVER_AT_ADDRESS: Way = ("udpin:10.99.0.1:14553", to_14553);
+const SERVER_ON_DEVICE: Way = ("udpin:0.0.0.0:14551?dev=near", to_14551);
+const MULTICAST: Way = ("mcast:239.255.145.50:14552", in_group);
+const MULTICAST_ON_DEVICE: Way = ("mcast:239.255.145.50:14552?dev=near", in_group);
 
 fn at_14550(far: &FarNetwork, me: Component) -> Peer<UdpWire> {
     let socket = far.make(|| roomy_udp_socket("0.0.0.0:14550".parse().unwrap()));
