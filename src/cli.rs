@@ -1,5 +1,7 @@
 //! The command line, declared once: the parser, `--help`, man page and completions derive from it.
 
+mod routerd;
+
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -11,6 +13,8 @@ use crate::config::{
     default_files, load_config,
 };
 use crate::routing::Learn;
+
+pub use routerd::{NOTHING_FOR_ROUTERD, ROUTERD, RouterdCli};
 
 /// Routes MAVLink frames between autopilot, radios, onboard programs and ground stations.
 ///
@@ -54,6 +58,15 @@ pub enum Command {
         /// The file; without it, those in /etc/mavswitch
         #[arg(value_name = "FILE")]
         file: Option<PathBuf>,
+    },
+    /// Print what a configuration of mavlink-router means, as a file of mavswitch
+    ///
+    /// Comments tell what has no equivalent. As `mavlink-routerd`, a symbolic link to the program,
+    /// it reads such a configuration without any import.
+    Import {
+        /// The file, or a directory with main.conf and config.d; without it, /etc/mavlink-router
+        #[arg(value_name = "FILE|DIR")]
+        from: Option<PathBuf>,
     },
     /// Print the effective configuration, of files and command line together, as a file
     Config(Box<RouteArgs>),

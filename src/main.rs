@@ -2,6 +2,7 @@
 
 mod log;
 
+use std::env;
 use std::error::Error;
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -12,8 +13,13 @@ use std::sync::Arc;
 use clap::{CommandFactory, Parser};
 use clap_complete::Shell;
 use mavswitch::check::{check, explain, wrong};
-use mavswitch::cli::{Cli, Command, NOTHING_TO_JOIN, config_files};
-use mavswitch::config::{CONFIG_DIR, Config, LogLevel, load_config, load_dialect, write_rows};
+use mavswitch::cli::{
+    Cli, Command, NOTHING_FOR_ROUTERD, NOTHING_TO_JOIN, RouterdCli, config_files,
+};
+use mavswitch::config::{
+    CONFIG_DIR, Config, ConfigError, LogLevel, ROUTERD_DIR, RouterdArguments, RouterdFiles,
+    import_routerd, load_config, load_dialect, write_rows,
+};
 use mavswitch::daemon::{DaemonConfig, Host, run};
 use mavswitch::link::list_ports;
 use mavswitch::mavlink::Dialect;
@@ -25,25 +31,65 @@ use crate::log::{Level, Log};
 const USAGE: u8 = 2;
 
 fn main() -> ExitCode {
+    if env::args_os().next().is_some_and(|name| RouterdCli::is_called(&name)) {
+        return start(Called::Routerd(Box::new(RouterdCli::parse())));
+    }
     let cli = Cli::parse();
-    let outcome = match &cli.command {
+    finish(match &cli.command {
         Some(Command::Dialect { file }) => print_dialect(file),
         Some(Command::Ports) => print_ports(),
         Some(Command::Check { file }) => check_config(file.as_deref()),
+        Some(Command::Import { from }) => import(from.as_deref()),
         Some(Command::Config(_)) => print_config(&cli),
         Some(Command::Completions { shell }) => print_completions(*shell),
-        None => match cli.config() {
-            Ok(config) if config.endpoints.is_empty() => {
-                let _ = writeln!(io::stderr(), "{NOTHING_TO_JOIN}");
-                return ExitCode::from(USAGE);
+        None => return start(Called::Mavswitch(Box::new(cli))),
+    })
+}
+
+/// By which name the program was called, and so what its command line is.
+enum Called {
+    Mavswitch(Box<Cli>),
+    Routerd(Box<RouterdCli>),
+}
+
+impl Called {
+    /// What is configured, and what is to be said of it although it can be used.
+    fn config(&self) -> Result<(Config, Vec<String>), ConfigError> {
+        match self {
+            Self::Mavswitch(cli) => Ok((cli.config()?, Vec::new())),
+            Self::Routerd(cli) => {
+                let imported = cli.import()?;
+                let notes = imported.notes.iter().map(ToString::to_string);
+                Ok((imported.config, notes.collect()))
             }
-            Ok(config) => return route(cli, config),
-            Err(error) => {
-                complain(&error);
-                return ExitCode::from(USAGE);
-            }
-        },
-    };
+        }
+    }
+
+    /// What to type, for who typed nothing.
+    fn nothing_to_join(&self) -> &'static str {
+        match self {
+            Self::Mavswitch(_) => NOTHING_TO_JOIN,
+            Self::Routerd(_) => NOTHING_FOR_ROUTERD,
+        }
+    }
+}
+
+/// Routes, if there is a configuration that can be used.
+fn start(called: Called) -> ExitCode {
+    match called.config() {
+        Ok((config, _)) if config.endpoints.is_empty() => {
+            let _ = writeln!(io::stderr(), "{}", called.nothing_to_join());
+            ExitCode::from(USAGE)
+        }
+        Ok((config, notes)) => route(called, config, &notes),
+        Err(error) => {
+            complain(&error);
+            ExitCode::from(USAGE)
+        }
+    }
+}
+
+fn finish(outcome: Result<(), Box<dyn Error>>) -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -61,9 +107,9 @@ fn complain(error: &dyn Display) {
     }
 }
 
-fn route(cli: Cli, config: Config) -> ExitCode {
+fn route(called: Called, config: Config, notes: &[String]) -> ExitCode {
     let log = Log::start(&config.general);
-    match join(config, Arc::new(Program { cli, log_level: log.level() })) {
+    match join(config, notes, Arc::new(Program { called, log_level: log.level() })) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             if log.is_for_programs() {
@@ -79,10 +125,18 @@ fn route(cli: Cli, config: Config) -> ExitCode {
 }
 
 /// Joins the endpoints until a signal ends it.
-fn join(config: Config, program: Arc<Program>) -> Result<(), Box<dyn Error>> {
+fn join(config: Config, notes: &[String], program: Arc<Program>) -> Result<(), Box<dyn Error>> {
     let config = for_daemon(config)?;
     tracing::info!("mavswitch {} starting", env!("CARGO_PKG_VERSION"));
+    warn_of(notes);
     Ok(run(config, program)?)
+}
+
+/// Tells what is to be said of a configuration that can be used.
+fn warn_of(notes: &[String]) {
+    for note in notes {
+        tracing::warn!("{note}");
+    }
 }
 
 /// Reads the definition files too.
@@ -98,14 +152,15 @@ fn for_daemon(config: Config) -> Result<DaemonConfig, Box<dyn Error>> {
 /// What the daemon asks for while it runs.
 struct Program {
     /// The command line counts as at the start.
-    cli: Cli,
+    called: Called,
     log_level: Level,
 }
 
 impl Host for Program {
     fn load(&self) -> Result<DaemonConfig, Vec<String>> {
         let lines = |error: &dyn Display| error.to_string().lines().map(str::to_owned).collect();
-        let config = self.cli.config().map_err(|error| -> Vec<String> { lines(&error) })?;
+        let read = self.called.config().map_err(|error| -> Vec<String> { lines(&error) })?;
+        let (config, notes) = read;
         if config.endpoints.is_empty() {
             return Err(vec!["nothing to join: no endpoint is configured any more".to_owned()]);
         }
@@ -113,6 +168,7 @@ impl Host for Program {
         if !wrong.is_empty() {
             return Err(wrong);
         }
+        warn_of(&notes);
         for_daemon(config).map_err(|error| lines(&error))
     }
 
@@ -150,6 +206,17 @@ fn print_config(cli: &Cli) -> Result<(), Box<dyn Error>> {
         *file = path::absolute(&*file)?;
     }
     print(config.to_string().as_bytes())
+}
+
+/// Prints a configuration of mavlink-router as one of ours, and what is to be said of it on
+/// standard error too, where it is seen when the file is written.
+fn import(from: Option<&Path>) -> Result<(), Box<dyn Error>> {
+    let from = from.unwrap_or_else(|| Path::new(ROUTERD_DIR));
+    let imported = import_routerd(&RouterdFiles::at(from)?, &RouterdArguments::default())?;
+    for note in &imported.notes {
+        complain(note);
+    }
+    print(imported.to_toml(&from.display().to_string()).as_bytes())
 }
 
 /// Writes to standard output.

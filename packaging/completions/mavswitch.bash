@@ -31,6 +31,9 @@ _mavswitch() {
             mavswitch,help)
                 cmd="mavswitch__subcmd__help"
                 ;;
+            mavswitch,import)
+                cmd="mavswitch__subcmd__import"
+                ;;
             mavswitch,ports)
                 cmd="mavswitch__subcmd__ports"
                 ;;
@@ -49,6 +52,9 @@ _mavswitch() {
             mavswitch__subcmd__help,help)
                 cmd="mavswitch__subcmd__help__subcmd__help"
                 ;;
+            mavswitch__subcmd__help,import)
+                cmd="mavswitch__subcmd__help__subcmd__import"
+                ;;
             mavswitch__subcmd__help,ports)
                 cmd="mavswitch__subcmd__help__subcmd__ports"
                 ;;
@@ -59,7 +65,7 @@ _mavswitch() {
 
     case "${cmd}" in
         mavswitch)
-            opts="-c -v -q -h -V --config --learn --strict --route-age --sniffer --dialect --verbose --quiet --log-format --help --version dialect ports completions check config help"
+            opts="-c -v -q -h -V --config --learn --strict --route-age --sniffer --dialect --verbose --quiet --log-format --help --version dialect ports completions check import config help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 1 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -205,7 +211,7 @@ _mavswitch() {
             return 0
             ;;
         mavswitch__subcmd__help)
-            opts="dialect ports completions check config help"
+            opts="dialect ports completions check import config help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -288,6 +294,20 @@ _mavswitch() {
             COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
             return 0
             ;;
+        mavswitch__subcmd__help__subcmd__import)
+            opts=""
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
         mavswitch__subcmd__help__subcmd__ports)
             opts=""
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
@@ -295,6 +315,24 @@ _mavswitch() {
                 return 0
             fi
             case "${prev}" in
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
+        mavswitch__subcmd__import)
+            opts="-v -q -h --verbose --quiet --log-format --help"
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                --log-format)
+                    COMPREPLY=($(compgen -W "auto text json journal plain" -- "${cur}"))
+                    return 0
+                    ;;
                 *)
                     COMPREPLY=()
                     ;;

@@ -45,7 +45,7 @@ impl Config {
             let mut named = self.endpoints.iter().filter(|it| it.config.options.name == *name);
             if let (Some(name), Some(other)) = (name, named.next()) {
                 let text = name_is_taken(name, added, other);
-                problems.push(ConfigProblem::of_file(&COMMAND_LINE.into(), text));
+                problems.push(ConfigProblem::of_command_line(text));
             }
             self.endpoints.push(added.clone().into());
         }
@@ -53,9 +53,6 @@ impl Config {
         ConfigError::unless_none((), problems)
     }
 }
-
-/// What stands in front of a problem in place of a file's name.
-const COMMAND_LINE: &str = "command line";
 
 fn name_is_taken(name: &str, added: &EndpointConfig, other: &Endpoint) -> String {
     let address = &added.address;
@@ -66,12 +63,13 @@ fn name_is_taken(name: &str, added: &EndpointConfig, other: &Endpoint) -> String
     format!("{address} has the name `{name}` of {other}: give one of them another")
 }
 
-fn too_many(endpoints: &[Endpoint]) -> Option<ConfigProblem> {
+/// What is wrong if there are more endpoints than [`MAX_ENDPOINTS`].
+pub(super) fn too_many(endpoints: &[Endpoint]) -> Option<ConfigProblem> {
     let extra = endpoints.get(MAX_ENDPOINTS)?;
     let text = format!("there are {} endpoints: {MAX_ENDPOINTS} is the most", endpoints.len());
     Some(match &extra.place {
         Some(place) => ConfigProblem::at(place, text),
-        None => ConfigProblem::of_file(&COMMAND_LINE.into(), text),
+        None => ConfigProblem::of_command_line(text),
     })
 }
 

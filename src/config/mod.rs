@@ -18,6 +18,7 @@ mod error;
 mod file;
 mod general;
 mod host_port;
+mod import;
 mod layer;
 mod merge;
 mod option_spec;
@@ -41,6 +42,10 @@ pub use error::{AddressError, AddressProblem};
 pub use file::{CONFIG_DIR, default_files, fuzz_config, load_config, parse_config};
 pub use general::{GENERAL, General, GeneralSpec, LogFormat, LogLevel, seconds};
 pub use host_port::{Host, HostPort};
+pub use import::{
+    ENDPOINT_KEYS, EndpointKey, GENERAL_KEYS, GeneralKey, Imported, ROUTERD_DIR, RouterdArguments,
+    RouterdFiles, SectionKind, TcpServer, fuzz_import, import_routerd,
+};
 pub use merge::{Config, Endpoint, MAX_ENDPOINTS};
 pub use option_spec::{OnChange, OptionSpec};
 pub use option_table::OPTIONS;

@@ -54,6 +54,25 @@ macro_rules! id_filter {
     };
 }
 
+/// A row for an option that is there or not.
+macro_rules! flag {
+    ($name:literal, $default:literal, $help:literal, $kinds:expr, $field:ident) => {
+        OptionSpec {
+            name: $name,
+            value: "true|false",
+            shape: Shape::Flag,
+            expects: "true or false",
+            help: $help,
+            default: Some($default),
+            applies_to: $kinds,
+            needs: None,
+            on_change: InPlace,
+            set: |to, text| put(&mut to.options.$field, value::flag(text)),
+            show: |options| Some(options.$field.to_string()),
+        }
+    };
+}
+
 /// All options, in the order in which they are printed and explained.
 pub const OPTIONS: &[OptionSpec] = &[
     OptionSpec {
@@ -209,31 +228,26 @@ pub const OPTIONS: &[OptionSpec] = &[
         show: |options| Some(value::show_time(options.stall_timeout)),
     },
     OptionSpec {
-        name: "sticky",
-        value: "true|false",
-        shape: Shape::Flag,
-        expects: "true or false",
-        help: "send to whoever answers alone, until it is silent",
-        default: Some("true"),
-        applies_to: &[UdpBroadcast, Multicast],
+        name: "retry",
+        value: "TIME",
+        shape: Shape::Time,
+        expects: "a time of 100ms to 60m, or 0 to connect only once",
+        help: "wait at most so long before the next try to connect; 0: connect only once",
+        default: Some("2s"),
+        applies_to: &[TcpOut],
         needs: None,
         on_change: InPlace,
-        set: |to, text| put(&mut to.options.sticky, value::flag(text)),
-        show: |options| Some(options.sticky.to_string()),
+        set: |to, text| put(&mut to.options.retry, value::seconds_or_zero(text, TIMEOUT)),
+        show: |options| Some(value::show_time(options.retry)),
     },
-    OptionSpec {
-        name: "pack",
-        value: "true|false",
-        shape: Shape::Flag,
-        expects: "true or false",
-        help: "put frames that leave together into one datagram",
-        default: Some("false"),
-        applies_to: UDP,
-        needs: None,
-        on_change: InPlace,
-        set: |to, text| put(&mut to.options.pack, value::flag(text)),
-        show: |options| Some(options.pack.to_string()),
-    },
+    flag!(
+        "sticky",
+        "true",
+        "send to whoever answers alone, until it is silent",
+        &[UdpBroadcast, Multicast],
+        sticky
+    ),
+    flag!("pack", "false", "put frames that leave together into one datagram", UDP, pack),
     OptionSpec {
         name: "mtu",
         value: "BYTES",
@@ -297,32 +311,14 @@ pub const OPTIONS: &[OptionSpec] = &[
         filter_out,
         block_components
     ),
-    OptionSpec {
-        name: "sniffer",
-        value: "true|false",
-        shape: Shape::Flag,
-        expects: "true or false",
-        help: "send everything here, whoever it is for",
-        default: Some("false"),
-        applies_to: ANY,
-        needs: None,
-        on_change: InPlace,
-        set: |to, text| put(&mut to.options.sniffer, value::flag(text)),
-        show: |options| Some(options.sniffer.to_string()),
-    },
-    OptionSpec {
-        name: "forward_setup_signing",
-        value: "true|false",
-        shape: Shape::Flag,
-        expects: "true or false",
-        help: "let SETUP_SIGNING, which carries a secret key, pass to others that allow it too",
-        default: Some("false"),
-        applies_to: ANY,
-        needs: None,
-        on_change: InPlace,
-        set: |to, text| put(&mut to.options.forward_setup_signing, value::flag(text)),
-        show: |options| Some(options.forward_setup_signing.to_string()),
-    },
+    flag!("sniffer", "false", "send everything here, whoever it is for", ANY, sniffer),
+    flag!(
+        "forward_setup_signing",
+        "false",
+        "let SETUP_SIGNING, which carries a secret key, pass to others that allow it too",
+        ANY,
+        forward_setup_signing
+    ),
     OptionSpec {
         name: "group",
         value: "NAME",

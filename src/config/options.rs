@@ -35,6 +35,9 @@ pub struct EndpointOptions {
     /// How long a TCP peer may take nothing from a full queue before it is closed, 100 ms to
     /// 60 min.
     pub stall_timeout: Duration,
+    /// How long to wait at most before the next try to connect, 100 ms to 60 min; zero: connect only
+    /// once.
+    pub retry: Duration,
     /// Whether broadcast and multicast turn into unicast to whoever answers.
     pub sticky: bool,
     /// Whether frames that leave together share datagrams.
@@ -76,6 +79,7 @@ impl Default for EndpointOptions {
             max_peers: 64,
             peer_timeout: Duration::from_secs(60),
             stall_timeout: Duration::from_secs(30),
+            retry: Duration::from_secs(2),
             sticky: true,
             pack: false,
             mtu: 1400,

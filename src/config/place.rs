@@ -37,6 +37,11 @@ impl ConfigProblem {
         Self { place: Ok(place.clone()), text: printable(&text.to_string()) }
     }
 
+    /// Something about the command line, which has no lines to name.
+    pub fn of_command_line(text: impl fmt::Display) -> Self {
+        Self::of_file(&"command line".into(), text)
+    }
+
     pub(super) fn of_file(file: &Arc<str>, text: impl fmt::Display) -> Self {
         Self { place: Err(file.clone()), text: printable(&text.to_string()) }
     }

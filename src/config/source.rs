@@ -30,13 +30,7 @@ pub(super) struct Source {
 impl Source {
     /// Reads a file.
     pub(super) fn read(path: &Path) -> Result<Self, ConfigProblem> {
-        let name: Arc<str> = printable(&path.display().to_string()).into();
-        let bytes = read_bytes(path)
-            .map_err(|error| ConfigProblem::of_file(&name, format!("cannot read: {error}")))?;
-        if bytes.len() as u64 > MAX_LEN {
-            let text = format!("larger than {} MiB (is this a configuration?)", MAX_LEN >> 20);
-            return Err(ConfigProblem::of_file(&name, text));
-        }
+        let (name, bytes) = read_limited(path)?;
         // Absolute, so that the configuration means the same when it is printed and used elsewhere.
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         let dir = absolute.parent().unwrap_or(&absolute).to_owned();
@@ -46,12 +40,24 @@ impl Source {
         }
     }
 
+    /// Reads a file of a format that does not say how its text is encoded.
+    pub(super) fn read_any_text(path: &Path) -> Result<Self, ConfigProblem> {
+        let (name, bytes) = read_limited(path)?;
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        Ok(Self { name, dir: PathBuf::new(), text })
+    }
+
     /// A file that was read by somebody else.
     pub(super) fn new(name: &str, text: String) -> Self {
         Self { name: printable(name).into(), dir: PathBuf::new(), text }
     }
 
-    /// Parses the text.
+    /// The whole text.
+    pub(super) fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Parses the text as TOML.
     pub(super) fn table(&self) -> Result<Spanned<DeTable<'_>>, ConfigProblem> {
         DeTable::parse(&self.text).map_err(|error| {
             let span = error.span().unwrap_or(self.text.len()..self.text.len());
@@ -89,6 +95,18 @@ impl Source {
     pub(super) fn resolve(&self, path: &Path) -> PathBuf {
         self.dir.join(path)
     }
+}
+
+/// The name of a file, fit to be printed, and what is in it.
+fn read_limited(path: &Path) -> Result<(Arc<str>, Vec<u8>), ConfigProblem> {
+    let name: Arc<str> = printable(&path.display().to_string()).into();
+    let bytes = read_bytes(path)
+        .map_err(|error| ConfigProblem::of_file(&name, format!("cannot read: {error}")))?;
+    if bytes.len() as u64 > MAX_LEN {
+        let text = format!("larger than {} MiB (is this a configuration?)", MAX_LEN >> 20);
+        return Err(ConfigProblem::of_file(&name, text));
+    }
+    Ok((name, bytes))
 }
 
 fn read_bytes(path: &Path) -> std::io::Result<Vec<u8>> {

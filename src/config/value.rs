@@ -86,6 +86,12 @@ pub(super) fn seconds(text: &str, range: RangeInclusive<Duration>) -> Option<Dur
     time(text, 1000.0, &range)
 }
 
+/// A time: as [`seconds`], or none at all.
+pub(super) fn seconds_or_zero(text: &str, range: RangeInclusive<Duration>) -> Option<Duration> {
+    let zero = || seconds(text, Duration::ZERO..=Duration::ZERO);
+    seconds(text, range).or_else(zero)
+}
+
 /// A time: as [`seconds`], but a bare number is one of milliseconds.
 pub(super) fn millis(text: &str, range: RangeInclusive<Duration>) -> Option<Duration> {
     time(text, 1.0, &range)

@@ -44,7 +44,7 @@ fn write_endpoint(f: &mut fmt::Formatter<'_>, name: &str, config: &EndpointConfi
 }
 
 /// The endpoint's own name; if it is no name or another has it, one like it.
-fn unused_name(config: &EndpointConfig, names: &mut HashSet<String>) -> String {
+pub(super) fn unused_name(config: &EndpointConfig, names: &mut HashSet<String>) -> String {
     let own = config.name();
     let own = value::name(&own).unwrap_or_else(|| config.address.kind().scheme().to_owned());
     let numbered = (2_usize..).map(|number| format!("{own} {number}"));

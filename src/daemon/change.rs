@@ -1,6 +1,8 @@
 //! Endpoints come, go and change while the loop runs. Only between two turns: then no event names
 //! anything that is to go.
 
+use std::time::Duration;
+
 use tracing::{info, warn};
 
 use super::endpoint::{Answerer, Endpoint, Role, State};
@@ -10,7 +12,7 @@ use super::links::Output;
 use super::settings::Settings;
 use super::timers::Timer;
 use crate::config::{Difference, EndpointOptions, MAX_ENDPOINTS};
-use crate::link::{Stream, tune};
+use crate::link::{Backoff, Stream, tune};
 use crate::routing::LinkId;
 
 impl Daemon {
@@ -115,6 +117,10 @@ impl Daemon {
         let endpoint = &mut self.io.endpoints[index];
         let options = &endpoint.config.options;
         let patience = options.stall_timeout;
+        let begins_anew = options.retry != before.retry && matches!(endpoint.state, State::Waiting);
+        if options.retry != before.retry {
+            endpoint.backoff = Backoff::up_to(options.retry);
+        }
         if options.peer_timeout != before.peer_timeout
             && let State::Datagrams(port) = &mut endpoint.state
             && let Role::Server(peers) = &mut port.role
@@ -122,6 +128,9 @@ impl Daemon {
         {
             peers.deadline = Some(self.now);
             self.timers.set(self.now, Timer::Peers(index));
+        }
+        if begins_anew {
+            self.set_deadline(index, Duration::ZERO);
         }
         if patience != before.stall_timeout {
             for id in self.links_of(index) {

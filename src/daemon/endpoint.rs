@@ -190,9 +190,9 @@ impl Endpoint {
         let Settings { config, filter_in, filter_out, caps } = settings;
         Self {
             name: config.name(),
+            backoff: Backoff::up_to(config.options.retry),
             config,
             state: State::Waiting,
-            backoff: Backoff::new(),
             deadline: None,
             filter_in,
             filter_out,
@@ -244,5 +244,10 @@ impl Endpoint {
 
     pub(super) fn options(&self) -> &EndpointOptions {
         &self.config.options
+    }
+
+    /// Whether it is given up when it fails.
+    pub(super) fn tries_once(&self) -> bool {
+        self.config.options.retry.is_zero()
     }
 }

@@ -172,7 +172,8 @@ impl Daemon {
             debug!("{}: cannot {action}: {error}", endpoint.name);
         } else if endpoint.told != failure {
             endpoint.told = failure;
-            self.warn(index, &format!("cannot {action}: {error}; waiting for it"));
+            let outlook = if endpoint.tries_once() { "" } else { "; waiting for it" };
+            self.warn(index, &format!("cannot {action}: {error}{outlook}"));
         }
         self.try_again(index);
     }
@@ -181,6 +182,9 @@ impl Daemon {
     pub(super) fn try_again(&mut self, index: EndpointId) {
         let endpoint = &mut self.io.endpoints[index];
         let has_more = endpoint.next_address < endpoint.addresses.len();
+        if !has_more && endpoint.tries_once() {
+            return self.tell(index, "not tried again (retry=0)");
+        }
         let delay = if has_more { Duration::ZERO } else { endpoint.backoff.next_delay() };
         if !has_more {
             endpoint.addresses.clear();

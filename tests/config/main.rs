@@ -8,6 +8,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod example;
+mod routerd;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,11 +16,11 @@ use std::path::{Path, PathBuf};
 use mavswitch::config::{ConfigError, parse_config};
 
 /// The configurations in one directory.
-fn cases(dir: &str) -> Vec<PathBuf> {
+fn cases(dir: &str, extension: &str) -> Vec<PathBuf> {
     let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/config").join(dir);
     let paths = fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().path());
-    let is_toml = |path: &PathBuf| path.extension().is_some_and(|it| it == "toml");
-    let mut cases: Vec<PathBuf> = paths.filter(is_toml).collect();
+    let is_case = |path: &PathBuf| path.extension().is_some_and(|it| it == extension);
+    let mut cases: Vec<PathBuf> = paths.filter(is_case).collect();
     cases.sort();
     cases
 }
@@ -46,7 +47,7 @@ fn is_as_written(path: &Path, extension: &str, text: &str) -> bool {
 
 #[test]
 fn wrong_configurations_are_told_in_plain_words() {
-    let cases = cases("wrong");
+    let cases = cases("wrong", "toml");
     assert!(cases.len() >= 40, "only {}", cases.len());
     let good = cases.iter().filter(|path| match read(path) {
         Ok(text) => panic!("{} is right:\n{text}", path.display()),
@@ -57,7 +58,7 @@ fn wrong_configurations_are_told_in_plain_words() {
 
 #[test]
 fn right_configurations_mean_what_they_say() {
-    let cases = cases("right");
+    let cases = cases("right", "toml");
     let good = cases.iter().filter(|path| {
         let text = read(path).unwrap_or_else(|error| panic!("{error}"));
         let again = parse_config("out.toml", &text).unwrap_or_else(|error| panic!("{error}"));

@@ -134,3 +134,21 @@ fn what_a_client_said_before_it_hung_up_is_still_delivered() {
         gcs.expect(attitude(VEHICLE, n));
     }
 }
+
+#[test]
+fn with_retry_0_a_server_is_called_only_once() {
+    let (absent, mut server) = (TcpServer::down(), TcpServer::down());
+    server.up();
+    let never = format!("tcpout:{}?name=never&retry=0", absent.address());
+    let once = format!("tcpout:{}?name=once&retry=0", server.address());
+    let again = format!("tcpout:{}?name=again&retry=100ms", server.address());
+    let router = Router::start(&[&never, &once, &again, UDP]);
+    let mut vehicle = router.udp("udp", VEHICLE);
+    drop((server.accept(GCS), server.accept(GCS)));
+    let mut gcs = server.accept(GCS);
+    router.assert_serves(&mut gcs, &mut vehicle);
+    for given_up in ["never", "once"] {
+        router.log.wait_for(&[&format!("{given_up}: not tried again (retry=0)")]);
+    }
+    assert!(server.try_accept(GCS_2).is_none());
+}

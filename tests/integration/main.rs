@@ -19,6 +19,7 @@ mod forwarding;
 mod harness;
 mod idle;
 mod learning;
+mod mavlink_router;
 mod options;
 mod overload;
 mod overloaded_line;

@@ -1,7 +1,6 @@
 """The packages, as `cargo deb` makes them of the release build, and the machine they go to."""
 
 import os
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -31,9 +30,29 @@ def next_deb(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def machine(tmp_path_factory):
+def bare(tmp_path_factory):
+    """A machine to copy."""
     if os.geteuid() != 0:
         pytest.skip("only root can install a machine to try the package on")
-    root = tmp_path_factory.mktemp("machine") / "root"
-    yield Machine.install(root)
-    shutil.rmtree(root, ignore_errors=True)
+    machine = Machine.install(tmp_path_factory.mktemp("machines") / "bare")
+    yield machine
+    machine.close()
+
+
+@pytest.fixture(scope="module")
+def machine(bare):
+    """One that is not booted."""
+    machine = bare.copy(bare.root.with_name("machine"))
+    yield machine
+    machine.close()
+
+
+@pytest.fixture(scope="module")
+def computer(bare):
+    """One that is."""
+    machine = bare.copy(bare.root.with_name("computer"))
+    if not machine.boot():
+        machine.close()
+        pytest.skip("systemd does not come up in namespaces here")
+    yield machine
+    machine.close()

@@ -1,7 +1,8 @@
 """A bare Debian in a directory, and the service manager that its program speaks to.
 
 Owns the root file system and the processes in it. Nothing in it reaches the network of the machine
-that runs the tests, and systemd itself does not run there: what it would do is done by hand.
+that runs the tests. It may be booted, in namespaces of its own; else systemd does not run there, and
+what it would do is done by hand.
 """
 
 import os
@@ -11,12 +12,31 @@ import shutil
 import signal
 import socket
 import subprocess
+import time
 from pathlib import Path
 
 # A busy machine is slow, a broken program is silent: long enough to tell one from the other.
 PATIENCE = 60.0
 
 PATH = {"PATH": "/usr/sbin:/usr/bin:/sbin:/bin"}
+
+# Namespaces of its own, which end with it.
+ALONE = ["unshare", "--mount", "--pid", "--net", "--ipc", "--uts", "--fork", "--kill-child"]
+
+# What a boot needs in the root $0, as a container has it.
+BOOT = """
+set -e
+mount --make-rprivate /
+mount --bind "$0" "$0"
+mount -t proc proc "$0/proc"
+mount --rbind /sys "$0/sys"
+for at in run tmp dev; do mount -t tmpfs tmpfs "$0/$at"; done
+for name in null zero full random urandom tty; do
+    touch "$0/dev/$name"
+    mount --bind "/dev/$name" "$0/dev/$name"
+done
+exec env -i container=test PATH="$PATH" chroot "$0" /lib/systemd/systemd --log-target=null
+"""
 
 UNIT = "/usr/lib/systemd/system/mavswitch.service"
 
@@ -29,15 +49,41 @@ class Machine:
 
     def __init__(self, root):
         self.root = Path(root)
+        self.init = None
 
     @classmethod
     def install(cls, root):
         """Makes it, from where this machine has its own packages."""
         command = ["apt-get", "indextargets", "--format", "$(SITE)", "Codename: bookworm"]
         site = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()[0]
-        command = ["mmdebstrap", "--quiet", "--variant=essential", "--include=apt,systemd"]
-        subprocess.run([*command, "bookworm", str(root), site], check=True)
+        command = ["mmdebstrap", "--quiet", "--variant=essential"]
+        packages = "--include=apt,systemd,systemd-sysv,dbus"
+        subprocess.run([*command, packages, "bookworm", str(root), site], check=True)
         return cls(root)
+
+    def copy(self, root):
+        """Another one like it."""
+        subprocess.run(["cp", "--archive", str(self.root), str(root)], check=True)
+        return Machine(root)
+
+    def boot(self):
+        """Starts its systemd, and says whether that came up."""
+        command = [*ALONE, "sh", "-c", BOOT, str(self.root)]
+        self.init = subprocess.Popen(command, env=PATH, stdin=subprocess.DEVNULL)
+        deadline = time.monotonic() + PATIENCE
+        while time.monotonic() < deadline and self.init.poll() is None:
+            state = self.run("systemctl", "is-system-running").stdout.strip()
+            if state in ("running", "degraded"):
+                return True
+            time.sleep(0.2)
+        return False
+
+    def close(self):
+        """Ends it, with all that runs in it, and takes its files away."""
+        if self.init:
+            self.init.kill()
+            self.init.wait()
+        shutil.rmtree(self.root, ignore_errors=True)
 
     def path(self, path):
         """Where a file of the machine is, seen from outside."""
@@ -45,11 +91,20 @@ class Machine:
 
     def run(self, *command):
         """Runs a command in it as root, with no network, and returns how it ended."""
-        command = ["unshare", "--net", "chroot", str(self.root), *map(str, command)]
+        command = [*self._inside(), "chroot", str(self.root), *map(str, command)]
         environment = {**PATH, "DEBIAN_FRONTEND": "noninteractive"}
         return subprocess.run(
             command, env=environment, capture_output=True, text=True, timeout=10 * PATIENCE
         )
+
+    def _inside(self):
+        """What a command is to be run by, to be among its processes."""
+        if not self.init:
+            return ["unshare", "--net"]
+        children = Path(f"/proc/{self.init.pid}/task/{self.init.pid}/children").read_text().split()
+        # Not there yet, or gone: then the command fails.
+        first = children[0] if children else "0"
+        return ["nsenter", "--target", first, "--mount", "--pid", "--net", "--ipc", "--uts"]
 
     def do(self, *command):
         """The same for what has to succeed, and returns what it printed."""
@@ -59,8 +114,10 @@ class Machine:
 
     def apt_install(self, deb):
         """`apt install ./FILE`, and returns what it printed."""
-        shutil.copy(deb, self.path("/tmp"))
-        return self.do("apt-get", "install", "--yes", f"/tmp/{deb.name}")
+        shutil.copy(deb, self.path("/root"))
+        text = self.do("apt-get", "install", "--yes", f"/root/{deb.name}")
+        self.path(f"/root/{deb.name}").unlink()
+        return text
 
     def files(self):
         """Every path there is, but for traces that any package leaves."""

@@ -125,6 +125,7 @@ const VALUES: &[(&str, &[&str])] = &[
     ("max_peers", &["1", "9"]),
     ("peer_timeout", &["1s", "9s"]),
     ("stall_timeout", &["1s", "9s"]),
+    ("retry", &["0", "9s"]),
     ("sticky", &["true", "false"]),
     ("pack", &["true", "false"]),
     ("mtu", &["300", "900"]),

@@ -33,7 +33,7 @@ pub(crate) use noise::Noise;
 pub(crate) use peer::{Peer, Wire, source_of};
 pub(crate) use process::eventually;
 pub(crate) use pty::{Pty, PtyWire};
-pub(crate) use router::{PROGRAM, Router, run};
+pub(crate) use router::{PROGRAM, Router, run, run_command};
 pub(crate) use schedule::{Lateness, Schedule, millis, quantile};
 pub(crate) use tcp::{TcpServer, TcpWire, blackhole};
 pub(crate) use udp::{UdpWire, roomy_udp_socket};

@@ -54,6 +54,13 @@ impl Router {
         router
     }
 
+    /// The same by a command that gives it another name or surroundings.
+    pub(crate) fn start_command(mut command: Command, arguments: &[&str]) -> Self {
+        let router = Self::spawn(&mut command, false, arguments);
+        router.log.wait_for(&["ready"]);
+        router
+    }
+
     /// Starts the router and waits for nothing.
     pub(crate) fn launch(arguments: &[&str]) -> Self {
         Self::launch_in(arguments, |_| {})
@@ -233,7 +240,11 @@ impl Drop for Router {
 
 /// Runs the program to its end, which is to come by itself.
 pub(crate) fn run(arguments: &[&str]) -> Output {
-    let mut command = Command::new(PROGRAM);
+    run_command(Command::new(PROGRAM), arguments)
+}
+
+/// The same by a command that gives it another name or surroundings.
+pub(crate) fn run_command(mut command: Command, arguments: &[&str]) -> Output {
     command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     without_manager(&mut command);
     let mut child = Guard(command.spawn().expect("the program starts"));
