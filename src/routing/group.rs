@@ -31,6 +31,8 @@ pub struct Membership {
 pub struct Quality {
     /// When a verified frame last came.
     pub last_heard: Option<Time>,
+    /// When one last came from beyond the link: not what a radio says of itself.
+    pub last_carried: Option<Time>,
     /// Lost frames, in parts of 1,024, of late.
     pub loss: u32,
     /// How full the queue is, in parts of 1,024.
@@ -49,6 +51,8 @@ pub(super) struct Group {
     best: Option<u16>,
     challenged: Option<(u16, Time)>,
     judged: Option<Time>,
+    /// Whether the best member is silent while another one is not.
+    is_in_doubt: bool,
     /// What [`Group::take_change`] last told.
     told: Option<u16>,
 }
@@ -60,6 +64,10 @@ struct Member {
     links: LinkSet,
 }
 
+/// While the best path is silent for so long and another one is not, frames go over both: a
+/// heartbeat is late.
+const DOUBTFUL: Duration = Duration::from_millis(1_200);
+
 /// A path that was silent for so long is not good: one heartbeat may be lost, and another is late.
 pub(super) const SILENT: Duration = Duration::from_millis(2_500);
 
@@ -70,7 +78,7 @@ const HYSTERESIS: Duration = Duration::from_secs(3);
 const JUDGED_EVERY: Duration = Duration::from_millis(100);
 
 /// More loss than this, in parts of 1,024, is not good.
-const LOSSY: u32 = 102;
+const LOSSY: u32 = 154;
 
 /// A fuller queue than this, in parts of 1,024, is not good.
 const CONGESTED: u32 = 614;
@@ -117,9 +125,9 @@ impl Group {
     /// Where to send, if these links of the group lead to the target: to the links themselves, and
     /// to those of the other members; or to the best member only.
     ///
-    /// While no member is good, all that were heard of late are sent to, or else simply all: one of
-    /// them may yet work in this direction. What
-    /// `is_heartbeat` is sent to all as well, for each side measures by what it hears.
+    /// While no member is good, or the best is in doubt, all that were heard of late are sent to, or
+    /// else simply all: one of them may yet work in this direction. What `is_heartbeat` is sent to all
+    /// as well, for each side measures by what it hears.
     pub(super) fn expand(
         &mut self,
         links: LinkSet,
@@ -134,12 +142,16 @@ impl Group {
         let all = |members: &[Member]| {
             members.iter().fold(LinkSet::EMPTY, |all, member| all | through(member))
         };
+        if self.best_only {
+            self.judge(now, &quality);
+        }
         if !self.best_only || is_heartbeat {
             return all(&self.members);
         }
-        self.judge(now, &quality);
         let best = self.members.iter().find(|member| Some(member.number) == self.best);
-        if let Some(best) = best {
+        if let Some(best) = best
+            && !self.is_in_doubt
+        {
             return through(best);
         }
         let is_alive = |link: LinkId| quality(link).is_alive(now);
@@ -160,6 +172,16 @@ impl Group {
             return;
         }
         self.judged = Some(now);
+        self.choose(now, quality);
+        let is_heard = |member: &Member| {
+            member.links.iter().any(|link| quality(link).is_heard_within(DOUBTFUL, now))
+        };
+        let is_best = |member: &&Member| Some(member.number) == self.best;
+        let is_silent = self.members.iter().find(is_best).is_some_and(|best| !is_heard(best));
+        self.is_in_doubt = is_silent && self.members.iter().any(is_heard);
+    }
+
+    fn choose(&mut self, now: Time, quality: &impl Fn(LinkId) -> Quality) {
         let scores = self.members.iter().map(|member| (member.score(now, quality), member.number));
         let good = scores.filter(|(score, _)| score.is_good);
         let first = good.clone().max_by_key(|(score, _)| *score);
@@ -203,8 +225,12 @@ impl Member {
 
 impl Quality {
     /// Whether something was heard of late.
-    fn is_alive(self, now: Time) -> bool {
-        self.last_heard.is_some_and(|heard| now.since(heard) < SILENT)
+    pub(super) fn is_alive(self, now: Time) -> bool {
+        self.is_heard_within(SILENT, now)
+    }
+
+    fn is_heard_within(self, time: Duration, now: Time) -> bool {
+        self.last_carried.is_some_and(|carried| now.since(carried) < time)
     }
 }
 

@@ -3,12 +3,13 @@
 use super::link_set::LinkId;
 use super::loops::Arrival;
 use super::options::{Learn, RouterEvent};
-use super::port::Port;
+use super::path_loss::Speech;
+use super::port::{Port, is_radio_report};
 use super::route_table::{Heard, TableFull};
 use super::router::{Router, push_event};
 use super::sequence::Sequence;
 use super::time::Time;
-use crate::mavlink::{CheckedFrame, Component, MessageId};
+use crate::mavlink::{CheckedFrame, Component, Header, MessageId};
 
 /// Where SYSTEM_TIME has the milliseconds since boot: four bytes.
 const BOOT_MS: [u8; 4] = [8, 9, 10, 11];
@@ -41,15 +42,16 @@ impl Router {
         let known = self.table.find_mut(source).and_then(|known| known.on_mut(link));
         let Some(heard) = known else {
             if frame.verified {
-                self.learn_new(link, frame, teaches, now);
+                self.learn_new(link, frame, arrival, teaches, now);
             }
             return;
         };
-        let lost = heard.sequence.handle(frame.header.seq);
+        let gap = heard.sequence.handle(frame.header.seq);
         if frame.verified {
+            let lost = heard.lost_here(frame.header.id, gap, now);
             heard.last = now;
             heard.is_route |= teaches;
-            self.handle_verified(link, frame, lost, now);
+            self.handle_verified(link, frame, arrival, lost, now);
         }
     }
 
@@ -66,12 +68,16 @@ impl Router {
     pub(super) fn handle_filtered(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) {
         let known = self.table.find_mut(frame.header.source);
         let heard = known.and_then(|known| known.on_mut(link));
-        let lost = heard.map_or(0, |heard| heard.sequence.handle(frame.header.seq));
+        let id = frame.header.id;
+        let lost = heard.map_or(0, |heard| {
+            let gap = heard.sequence.handle(frame.header.seq);
+            heard.lost_here(id, gap, now)
+        });
         if let Some(Some(port)) = self.ports.get_mut(link.index())
             && frame.verified
         {
-            port.handle_heard(lost, now);
-            if matches!(frame.header.id, MessageId::RADIO_STATUS | MessageId::RADIO) {
+            port.handle_heard(id, lost, now);
+            if is_radio_report(id) {
                 port.handle_radio_status(frame);
             }
         }
@@ -84,7 +90,14 @@ impl Router {
         }
     }
 
-    fn learn_new(&mut self, link: LinkId, frame: &CheckedFrame<'_>, teaches: bool, now: Time) {
+    fn learn_new(
+        &mut self,
+        link: LinkId,
+        frame: &CheckedFrame<'_>,
+        arrival: Arrival,
+        teaches: bool,
+        now: Time,
+    ) {
         let heard = first_heard(link, frame, teaches, now);
         let source = frame.header.source;
         let events = &mut self.events;
@@ -94,7 +107,7 @@ impl Router {
             Ok(false) => {}
             Err(TableFull) => return self.count(link, |counters| &mut counters.unlearned),
         }
-        self.handle_verified(link, frame, 0, now);
+        self.handle_verified(link, frame, arrival, 0, now);
         if let Some(age) = self.options.route_age {
             self.next_aging.get_or_insert(now + age);
         }
@@ -102,14 +115,23 @@ impl Router {
 
     /// What some messages mean for the link that they came over.
     #[inline]
-    fn handle_verified(&mut self, link: LinkId, frame: &CheckedFrame<'_>, lost: u8, now: Time) {
+    fn handle_verified(
+        &mut self,
+        link: LinkId,
+        frame: &CheckedFrame<'_>,
+        arrival: Arrival,
+        lost: u8,
+        now: Time,
+    ) {
         let Some(Some(port)) = self.ports.get_mut(link.index()) else {
             return;
         };
-        port.handle_heard(lost, now);
-        match frame.header.id {
-            MessageId::RADIO_STATUS | MessageId::RADIO => port.handle_radio_status(frame),
+        let Header { id, source, .. } = frame.header;
+        port.handle_heard(id, lost, now);
+        match id {
+            MessageId::HEARTBEAT => self.compare_heartbeats(link, source, arrival, now),
             MessageId::SYSTEM_TIME => self.check_restart(link, frame),
+            id if is_radio_report(id) => port.handle_radio_status(frame),
             _ => {}
         }
     }
@@ -142,5 +164,5 @@ impl Router {
 fn first_heard(link: LinkId, frame: &CheckedFrame<'_>, is_route: bool, now: Time) -> Heard {
     let mut sequence = Sequence::default();
     sequence.handle(frame.header.seq);
-    Heard { link, last: now, is_route, sequence, boot_ms: None }
+    Heard { link, last: now, is_route, sequence, boot_ms: None, speech: Speech::default() }
 }

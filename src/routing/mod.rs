@@ -15,6 +15,7 @@ mod link_set;
 mod loops;
 mod options;
 mod pacer;
+mod path_loss;
 mod port;
 mod queue;
 mod rate_limit;

@@ -2,9 +2,10 @@
 
 use super::counters::{DropReason, LinkCounters};
 use super::filter::Filter;
-use super::group::{Quality, SILENT};
+use super::group::{GroupId, Quality};
 use super::options::{Capacity, LinkOptions};
 use super::pacer::Pacer;
+use super::path_loss::PathLoss;
 use super::queue::{Frames, Precedence, Queue, QueueLimits};
 use super::rate_limit::RateLimiter;
 use super::time::Time;
@@ -22,8 +23,9 @@ pub struct Port {
     /// Tells it from the link that had its number before.
     pub(super) life: u8,
     last_heard: Option<Time>,
-    /// Lost frames of late, in parts of 1,024.
-    loss: u32,
+    /// The same, but for what a radio says of itself.
+    last_carried: Option<Time>,
+    loss: PathLoss,
 }
 
 /// The longest queue of a paced link, in bytes.
@@ -31,9 +33,6 @@ const LONGEST: usize = 256 * 1_024;
 
 /// Where RADIO_STATUS and RADIO say how much of the radio's buffer is free, in per cent.
 const TXBUF: u8 = 6;
-
-/// How many frames the measure of loss looks back, more or less.
-const LOSS_MEMORY: u32 = 64;
 
 impl Port {
     pub(super) fn new(mut options: LinkOptions, life: u8, now: Time) -> Self {
@@ -51,7 +50,8 @@ impl Port {
             counters: LinkCounters::default(),
             life,
             last_heard: None,
-            loss: 0,
+            last_carried: None,
+            loss: PathLoss::default(),
             options,
         }
     }
@@ -102,21 +102,26 @@ impl Port {
         }
     }
 
-    /// A verified frame came from this link, after so many that did not come.
-    pub(super) fn handle_heard(&mut self, lost: u8, now: Time) {
-        // What did not come while nothing came at all went another way, or was never sent (rule 52).
-        let was_alive = self.last_heard.is_some_and(|heard| now.since(heard) < SILENT);
+    /// A verified frame came from this link, after so many that were lost on it.
+    #[inline]
+    pub(super) fn handle_heard(&mut self, id: MessageId, lost: u8, now: Time) {
         self.last_heard = Some(now);
-        let lost = if was_alive { lost.min(16) } else { 0 };
-        for _ in 0..lost {
-            self.loss += (1_024 - self.loss) / LOSS_MEMORY;
+        if !is_radio_report(id) {
+            self.last_carried = Some(now);
+            self.loss.hear(id, lost);
         }
-        self.loss -= self.loss.div_ceil(LOSS_MEMORY);
+    }
+
+    /// A heartbeat was lost on this link. While nothing comes at all, that alone says enough.
+    pub(super) fn handle_missed_heartbeat(&mut self, now: Time) {
+        if self.quality().is_alive(now) {
+            self.loss.miss_heartbeat();
+        }
     }
 
     /// A radio on this link reports: the link is sent more or less accordingly.
     pub(super) fn handle_radio_status(&mut self, frame: &CheckedFrame<'_>) {
-        debug_assert!(matches!(frame.header.id, MessageId::RADIO_STATUS | MessageId::RADIO));
+        debug_assert!(is_radio_report(frame.header.id));
         if let Some(pacer) = &mut self.pacer {
             pacer.handle_radio_status(frame.payload_byte(TXBUF));
             self.queue.set_limits(limits(self.options.capacity, Some(pacer)));
@@ -179,6 +184,11 @@ impl Port {
         self.pacer.is_none() && self.queue.is_filling()
     }
 
+    /// The group of links that lead the same way.
+    pub(super) fn group(&self) -> Option<GroupId> {
+        self.options.membership.map(|membership| membership.group)
+    }
+
     /// Whether what came over another link before shows the way to its source all the same.
     pub(super) fn learns_of_copies(&self) -> bool {
         self.options.membership.is_some() || self.options.dedup.is_none()
@@ -203,8 +213,19 @@ impl Port {
     /// How good the link is.
     pub fn quality(&self) -> Quality {
         let backlog = self.queue.len() * 1_024 / self.queue.limits().total;
-        Quality { last_heard: self.last_heard, loss: self.loss, backlog: backlog as u32 }
+        Quality {
+            last_heard: self.last_heard,
+            last_carried: self.last_carried,
+            loss: self.loss.get(),
+            backlog: backlog as u32,
+        }
     }
+}
+
+/// Whether a radio says this of itself to whoever it is plugged into, also with nobody at the far end
+/// (rule 46).
+pub(super) fn is_radio_report(id: MessageId) -> bool {
+    matches!(id, MessageId::RADIO_STATUS | MessageId::RADIO)
 }
 
 /// How much may wait, at the pace of now.

@@ -6,6 +6,7 @@
 use std::time::Duration;
 
 use super::link_set::{LinkId, LinkSet};
+use super::path_loss::Speech;
 use super::sequence::Sequence;
 use super::time::Time;
 use crate::mavlink::Component;
@@ -32,6 +33,8 @@ pub struct Heard {
     pub sequence: Sequence,
     /// Its last SYSTEM_TIME.time_boot_ms there, by which a reboot shows (rule 44).
     pub boot_ms: Option<u32>,
+    /// What else it says there.
+    pub(super) speech: Speech,
 }
 
 /// A component and the links it was heard on.

@@ -3,9 +3,10 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod best_path;
 mod changes;
 mod copies;
-mod defects;
+
 mod every_message;
 mod filters;
 mod frames;
