@@ -1,6 +1,7 @@
 //! An endpoint, from its text and back: address and options together.
 
 use std::fmt;
+use std::net::Ipv6Addr;
 use std::str::FromStr;
 
 use super::address::{Address, AddressKind};
@@ -26,6 +27,18 @@ impl EndpointConfig {
     pub fn name(&self) -> String {
         let name = self.options.name.clone();
         name.unwrap_or_else(|| self.address.to_string())
+    }
+
+    /// Whether it leaves IPv4 to one of `others`: a server at `[::]` is for IPv4 peers, too, unless
+    /// another of its kind has the same port for them.
+    pub fn leaves_ipv4_to<'a>(&self, mut others: impl Iterator<Item = &'a Self>) -> bool {
+        let Some(own) = self.address.host_port() else { return false };
+        own.host.ip() == Some(Ipv6Addr::UNSPECIFIED.into())
+            && others.any(|other| {
+                let place = other.address.host_port().filter(|place| place.port == own.port);
+                let ip = place.and_then(|place| place.host.ip());
+                other.address.kind() == self.address.kind() && ip.is_some_and(|ip| ip.is_ipv4())
+            })
     }
 
     /// An endpoint with the address `text`, without a query, and no options yet.

@@ -23,19 +23,23 @@ impl Daemon {
         Some(index)
     }
 
-    /// Takes an endpoint in and opens it. One that cannot be opened is tried again later.
-    ///
-    /// `None`, and a warning, if there are too many.
-    pub(super) fn add_endpoint(&mut self, settings: Settings) -> Option<EndpointId> {
-        let name = settings.config.name();
-        let Some(index) = self.insert_endpoint(settings) else {
-            warn!("{name}: not added: there are {MAX_ENDPOINTS} endpoints already");
-            return None;
-        };
-        if let Err(failure) = self.open(index) {
-            self.try_later(index, failure);
+    /// Takes endpoints in and opens them. One that cannot be opened is tried again later; one too
+    /// many is told of and left out.
+    pub(super) fn add_endpoints(&mut self, new: impl Iterator<Item = Settings>) {
+        let mut added = Vec::new();
+        for settings in new {
+            let name = settings.config.name();
+            match self.insert_endpoint(settings) {
+                Some(index) => added.push(index),
+                None => warn!("{name}: not added: there are {MAX_ENDPOINTS} endpoints already"),
+            }
         }
-        Some(index)
+        // Only when all are there: a server at [::] leaves IPv4 to who asks for it.
+        for index in added {
+            if let Err(failure) = self.open(index) {
+                self.try_later(index, failure);
+            }
+        }
     }
 
     /// Closes an endpoint with all its links, and forgets it.

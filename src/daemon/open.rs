@@ -63,14 +63,9 @@ impl Daemon {
     /// Whether a server at `address` is for IPv4 peers, too: at `[::]` it is, unless another
     /// endpoint has the same port for IPv4.
     fn takes_ipv4(&self, index: EndpointId, address: SocketAddr) -> bool {
-        let kind = self.io.endpoints[index].config.address.kind();
-        let is_for_ipv4 = |endpoint: &Endpoint| {
-            let place = endpoint.config.address.host_port();
-            let is_ipv4 = place.and_then(|place| place.host.ip()).is_some_and(|ip| ip.is_ipv4());
-            let has_port = place.is_some_and(|place| place.port == address.port());
-            endpoint.config.address.kind() == kind && is_ipv4 && has_port
-        };
-        address.ip() == Ipv6Addr::UNSPECIFIED && !self.io.endpoints.iter().any(is_for_ipv4)
+        let config = &self.io.endpoints[index].config;
+        let all = self.io.endpoints.iter().map(|endpoint| &endpoint.config);
+        address.ip() == Ipv6Addr::UNSPECIFIED && !config.leaves_ipv4_to(all)
     }
 
     fn open_tcp_client(&mut self, index: EndpointId, address: SocketAddr) -> Result<(), OpenError> {

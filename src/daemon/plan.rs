@@ -22,7 +22,8 @@ pub(super) struct Plan {
 ///
 /// One that is wanted as it is stays. Then one of the same name stays if it can become what is
 /// wanted while it is open; then one of another name that can, which was given a new name; and at
-/// last, one of the same name is closed and opened again.
+/// last, one of the same name is closed and opened again. So is a server at `[::]` that is to leave
+/// IPv4 to another one from now on, or not to any more.
 pub(super) fn plan(table: &EndpointTable, wanted: Vec<Settings>) -> Plan {
     let ids = table.ids();
     let mut matching = Matching {
@@ -34,8 +35,11 @@ pub(super) fn plan(table: &EndpointTable, wanted: Vec<Settings>) -> Plan {
     matching.pair(ToString::to_string, EndpointConfig::eq);
     matching.pair(EndpointConfig::name, EndpointConfig::can_become);
     matching.pair(EndpointConfig::fixed, |_, _| true);
-    let stays = matching.is_taken.clone();
-    let kept: Vec<bool> = matching.found.iter().map(Option::is_some).collect();
+    let mut stays = matching.is_taken.clone();
+    let mut kept: Vec<bool> = matching.found.iter().map(Option::is_some).collect();
+    for (new, old) in matching.with_another_share() {
+        (kept[new], stays[old]) = (false, false);
+    }
     matching.pair(EndpointConfig::name, |_, _| true);
     let found = matching.found;
 
@@ -79,6 +83,18 @@ impl Matching<'_> {
                 *found = Some(old);
             }
         }
+    }
+
+    /// The pairs, new and old, of which only one leaves IPv4 to another endpoint.
+    fn with_another_share(&self) -> Vec<(usize, usize)> {
+        let leaves_ipv4 =
+            |at: usize, all: &[&EndpointConfig]| all[at].leaves_ipv4_to(all.iter().copied());
+        let found = self.found.iter().enumerate();
+        let pairs = found.filter_map(|(new, found)| Some((new, (*found)?)));
+        let differs = |(new, old): &(usize, usize)| {
+            leaves_ipv4(*new, &self.new) != leaves_ipv4(*old, &self.old)
+        };
+        pairs.filter(differs).collect()
     }
 }
 
@@ -153,6 +169,17 @@ mod tests {
         let new = ["udpin:0.0.0.0:2?name=a", "udpin:0.0.0.0:1?name=b"];
         let expected = [format!("1 becomes {}", new[0]), format!("0 becomes {}", new[1])];
         assert_eq!(told(&old, &new), expected);
+    }
+
+    #[test]
+    fn a_server_for_both_is_opened_again_when_one_for_ipv4_comes_or_goes() {
+        let (both, ipv4) = ("tcpin:[::]:1?name=a", "tcpin:0.0.0.0:1?name=b");
+        let again = |number| [format!("{number} goes"), format!("{both} comes for {number}")];
+        let comes = [&again(0)[..], &[format!("{ipv4} comes")]].concat();
+        assert_eq!(told(&[both], &[both, ipv4]), comes);
+        assert_eq!(told(&[ipv4, both], &[both])[1..], again(1));
+        let others = ["tcpin:0.0.0.0:2", "udpin:0.0.0.0:1"];
+        assert_eq!(told(&[both], &[both, others[0], others[1]])[0], format!("0 stays {both}"));
     }
 
     #[test]

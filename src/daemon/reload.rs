@@ -161,9 +161,7 @@ impl Daemon {
         for (index, settings) in kept {
             changed += usize::from(self.change_endpoint(index, settings));
         }
-        for (settings, _) in new {
-            self.add_endpoint(settings);
-        }
+        self.add_endpoints(new.into_iter().map(|(settings, _)| settings));
         let (gone, new, kept) = counts;
         info!(
             "configuration reloaded; endpoints: {} added, {} removed, {replaced} opened again, \
@@ -180,8 +178,11 @@ impl Daemon {
             let successor = new.iter().find(|(_, before)| *before == Some(*index));
             match successor {
                 Some((settings, _)) => {
-                    let differences = old.config.differences(&settings.config);
-                    info!("{}: opening again: changed {}", old.name, list(&differences));
+                    let reason = match &old.config.differences(&settings.config)[..] {
+                        [] => "another endpoint has its port for IPv4, or had it".to_owned(),
+                        differences => format!("changed {}", list(differences)),
+                    };
+                    info!("{}: opening again: {reason}", old.name);
                 }
                 None => info!("{}: removed", old.name),
             }

@@ -49,7 +49,7 @@ impl Router {
 
     /// Says of each group, by number, whether it sends over its best member only, whoever of its
     /// members is there; `None`: there is no such group. What was known of the paths of one that is
-    /// gone is forgotten, so that another may have its number.
+    /// gone is forgotten, and its links are in no group, so that another may have its number.
     pub fn set_groups(&mut self, best_only: &[Option<bool>]) {
         let groups = self.groups.len().max(best_only.len());
         self.groups.resize_with(groups, Group::default);
@@ -57,7 +57,13 @@ impl Router {
         for (group, best_only) in self.groups.iter_mut().zip(best_only) {
             match best_only {
                 Some(best_only) => group.set_best_only(best_only),
-                None => *group = Group::default(),
+                None => {
+                    for link in std::mem::take(group).links().iter() {
+                        // Or it would pass for a member of the next one with this number.
+                        let port = self.ports.get_mut(link.index()).and_then(Option::as_mut);
+                        port.into_iter().for_each(|port| port.options.membership = None);
+                    }
+                }
             }
         }
     }

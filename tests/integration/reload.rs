@@ -139,6 +139,54 @@ fn endpoints_come_go_and_get_new_names_beside_one_that_stays() {
 }
 
 #[test]
+fn a_group_with_another_name_is_still_a_group() {
+    let grouped = |group: &str| {
+        let group = format!("group = \"{group}\"");
+        endpoint("radio", "tcpin:127.0.0.1:0", &group)
+            + &endpoint("modem", "tcpin:127.0.0.1:0", &group)
+            + &endpoint("gcs", "tcpin:127.0.0.1:0", "")
+    };
+    let scene = Scene::start(&grouped("old"), &[]);
+    let router = &scene.router;
+    let mut vehicle = router.tcp("radio", VEHICLE);
+    let mut modem = router.tcp("modem", WITNESS);
+    let mut gcs = router.tcp("gcs", GCS);
+    let lines = scene.change(&grouped("new"));
+    assert_told(&lines, &["radio: changed: group"]);
+    vehicle.send(heartbeat(VEHICLE));
+    gcs.expect(heartbeat(VEHICLE));
+    // What one member brings is not sent over the other; what the station sends is, over both.
+    gcs.send(heartbeat(GCS));
+    modem.expect(heartbeat(GCS));
+    vehicle.expect(heartbeat(GCS));
+}
+
+#[test]
+fn a_server_for_ipv6_has_ipv4_as_long_as_no_other_wants_it() {
+    let reserved = TcpServer::down();
+    let port = reserved.address().port();
+    let both = endpoint("both", &format!("tcpin:[::]:{port}"), "");
+    let ipv4 = endpoint("ipv4", &format!("tcpin:0.0.0.0:{port}"), "");
+    let other = endpoint("other", "udpin:127.0.0.1:0", "");
+    let scene = Scene::start(&other, &[]);
+    let served_by = |lines: &[String], name: &str| {
+        let is_waiting = |line: &String| line.contains("waiting for it");
+        assert!(!lines.iter().any(is_waiting), "{lines:#?}");
+        let from = scene.router.log.len();
+        let _peer = TcpWire::to(([127, 0, 0, 1], port).into());
+        scene.router.log.wait_from(from, &[&format!("{name}: link #")]);
+    };
+    // Both at once, then one, then the other one as well.
+    let lines = scene.change(&(other.clone() + &both + &ipv4));
+    served_by(&lines, "ipv4");
+    let lines = scene.change(&(other.clone() + &both));
+    assert_told(&lines, &["both: opening again: another endpoint has its port for IPv4"]);
+    served_by(&lines, "both");
+    let lines = scene.change(&(other.clone() + &both + &ipv4));
+    served_by(&lines, "ipv4");
+}
+
+#[test]
 fn endpoints_of_the_command_line_stay_whatever_the_file_says() {
     let scene = Scene::start(
         &endpoint("file", "udpin:127.0.0.1:0", ""),

@@ -167,6 +167,30 @@ fn a_group_that_gets_the_number_of_another_knows_nothing_of_its_paths() {
 }
 
 #[test]
+fn links_of_a_group_that_is_gone_are_members_of_the_next_one_only_if_they_join() {
+    let (mut network, [radio, modem, station]) = Network::with_links();
+    let member = |member: u16| {
+        let membership = Membership { group: GroupId(0), member, rank: 0, best_only: false };
+        LinkOptions { membership: Some(membership), ..LinkOptions::default() }
+    };
+    for link in [radio, modem] {
+        change(&mut network, link, member(link.index() as u16));
+    }
+    network.router.set_groups(&[Some(false)]);
+    network.router.take_dirty();
+    assert_eq!(network.hears(radio, &heartbeat(VEHICLE)), [station]);
+    // It goes, and another one gets its number and its members.
+    network.router.set_groups(&[None]);
+    network.router.set_groups(&[Some(false)]);
+    assert_eq!(network.hears(radio, &heartbeat(VEHICLE)), [modem, station]);
+    for link in [radio, modem] {
+        change(&mut network, link, member(link.index() as u16));
+    }
+    network.router.take_dirty();
+    assert_eq!(network.hears(radio, &heartbeat(VEHICLE)), [station]);
+}
+
+#[test]
 fn rule_44_another_age_holds_for_routes_that_are_there() {
     let (mut network, [radio, station]) = Network::with_links();
     network.hears(radio, &heartbeat(VEHICLE));
