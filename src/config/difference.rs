@@ -27,10 +27,24 @@ impl EndpointConfig {
         address.into_iter().chain(options).collect()
     }
 
+    /// What cannot change while the endpoint is open: if another configuration has the same, an open
+    /// endpoint can become as that one.
+    pub fn fixed(&self) -> String {
+        let mut fixed = match &self.address {
+            Address::Serial { device, .. } => device.to_string(),
+            address => address.to_string(),
+        };
+        for spec in OPTIONS.iter().filter(|spec| spec.on_change == OnChange::Reopen) {
+            // No value has a line feed.
+            fixed.push('\n');
+            fixed += &spec.show(&self.options).unwrap_or_default();
+        }
+        fixed
+    }
+
     /// Whether an endpoint that is open can become `other` as it is.
     pub fn can_become(&self, other: &Self) -> bool {
-        self.is_at_same_place(other)
-            && self.differences(other).iter().all(|it| it.needs == OnChange::InPlace)
+        self.fixed() == other.fixed()
     }
 
     /// Whether both have the same address, apart from baud rates, which are an option.

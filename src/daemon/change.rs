@@ -19,8 +19,7 @@ impl Daemon {
     /// Takes an endpoint in, not yet open; `None` if there are [`MAX_ENDPOINTS`] already.
     pub(super) fn insert_endpoint(&mut self, settings: Settings) -> Option<EndpointId> {
         let index = self.io.endpoints.insert(Endpoint::new(settings, self.now))?;
-        self.io.endpoints[index].membership = self.io.endpoints.membership_of(index);
-        self.set_groups();
+        self.join_group(index);
         Some(index)
     }
 
@@ -46,8 +45,10 @@ impl Daemon {
         }
         self.close_endpoint(index, reason);
         self.ready.retain(|ready| *ready != Ready::Endpoint(index));
-        self.io.endpoints.remove(index);
-        self.set_groups();
+        let gone = self.io.endpoints.remove(index);
+        if gone.is_some_and(|endpoint| endpoint.membership.is_some()) {
+            self.set_groups();
+        }
     }
 
     /// Closes the sockets of an endpoint and then its links, so that none of them comes back.
@@ -75,13 +76,12 @@ impl Daemon {
         if !endpoint.set(settings) {
             return false;
         }
-        self.io.endpoints[index].membership = self.io.endpoints.membership_of(index);
+        self.join_group(index);
         if differences.iter().any(|difference| difference.key == "baudrate") {
             self.change_bauds(index, baud);
         }
         self.change_links(index);
         self.change_timeouts(index, &before.options);
-        self.set_groups();
         true
     }
 
@@ -147,8 +147,17 @@ impl Daemon {
         }
     }
 
+    /// Gives an endpoint its place in the group that it names now.
+    fn join_group(&mut self, index: EndpointId) {
+        let membership = self.io.endpoints.membership_of(index);
+        let before = std::mem::replace(&mut self.io.endpoints[index].membership, membership);
+        if membership != before {
+            self.set_groups();
+        }
+    }
+
     /// Tells the router which groups there are.
-    fn set_groups(&mut self) {
+    pub(super) fn set_groups(&mut self) {
         let groups = self.io.endpoints.groups();
         self.router.set_groups(&groups);
     }

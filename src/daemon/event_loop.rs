@@ -203,7 +203,9 @@ impl Daemon {
         let mut events = Events::with_capacity(EVENTS);
         let mut stopping = false;
         while !stopping {
-            let timeout = self.timeout();
+            // What has changed is to be sent and told in a turn that does not wait.
+            let has_changed = self.take_over();
+            let timeout = if has_changed { Some(Duration::ZERO) } else { self.timeout() };
             stopping = self.turn(&mut events, timeout)?;
         }
         info!("stopping");
@@ -227,7 +229,7 @@ impl Daemon {
 
     /// How long the loop may wait.
     fn timeout(&self) -> Option<Duration> {
-        if !self.ready.is_empty() || self.reloader.has_answer() {
+        if !self.ready.is_empty() {
             return Some(Duration::ZERO);
         }
         let deadline = self.timers.next_deadline()?;
@@ -241,7 +243,6 @@ impl Daemon {
         events: &mut Events,
         timeout: Option<Duration>,
     ) -> io::Result<bool> {
-        self.take_over();
         match self.poll.poll(events, timeout) {
             Err(error) if error.kind() != io::ErrorKind::Interrupted => return Err(error),
             _ => {}

@@ -5,7 +5,7 @@ use std::hash::Hash;
 
 use super::endpoint_table::{EndpointId, EndpointTable};
 use super::settings::Settings;
-use crate::config::{Address, EndpointConfig};
+use crate::config::EndpointConfig;
 
 /// What becomes of the endpoints.
 #[derive(Default, Debug)]
@@ -21,8 +21,8 @@ pub(super) struct Plan {
 /// Says what becomes of the endpoints in `table` if these are wanted instead.
 ///
 /// One that is wanted as it is stays. Then one of the same name stays if it can become what is
-/// wanted while it is open; then one of another name that is at the same place, which was given
-/// a new name; and at last, one of the same name is closed and opened again.
+/// wanted while it is open; then one of another name that can, which was given a new name; and at
+/// last, one of the same name is closed and opened again.
 pub(super) fn plan(table: &EndpointTable, wanted: Vec<Settings>) -> Plan {
     let ids = table.ids();
     let mut matching = Matching {
@@ -33,7 +33,7 @@ pub(super) fn plan(table: &EndpointTable, wanted: Vec<Settings>) -> Plan {
     };
     matching.pair(ToString::to_string, EndpointConfig::eq);
     matching.pair(EndpointConfig::name, EndpointConfig::can_become);
-    matching.pair(place, EndpointConfig::can_become);
+    matching.pair(EndpointConfig::fixed, |_, _| true);
     let stays = matching.is_taken.clone();
     let kept: Vec<bool> = matching.found.iter().map(Option::is_some).collect();
     matching.pair(EndpointConfig::name, |_, _| true);
@@ -48,14 +48,6 @@ pub(super) fn plan(table: &EndpointTable, wanted: Vec<Settings>) -> Plan {
         }
     }
     plan
-}
-
-/// What an endpoint cannot share with another: where it is, apart from baud rates.
-fn place(config: &EndpointConfig) -> String {
-    match &config.address {
-        Address::Serial { device, .. } => device.to_string(),
-        address => address.to_string(),
-    }
 }
 
 struct Matching<'a> {

@@ -51,10 +51,9 @@ impl Daemon {
         match output.stream.read(buffer) {
             Ok(0) => self.handle_end(id),
             Ok(received) => {
-                // TCP says by a short read that there is no more, unless its end is near. A serial
-                // driver hands out what it has, and may have more.
-                let is_tcp = matches!(output.stream, Stream::Tcp(_));
-                let drained = received < buffer.len() && is_tcp && !output.read_closed;
+                // A short read says that there was no more, unless the end is near; what comes later
+                // is told of. A terminal, too, hands out all that it has.
+                let drained = received < buffer.len() && !output.read_closed;
                 self.route(id, 0, received, Input::Flowing);
                 if !drained {
                     self.ready.push(Ready::Link(id));

@@ -102,11 +102,6 @@ impl Reloader {
         self.answer = Some(answer);
         Ok(())
     }
-
-    /// Whether a configuration waits to be taken over.
-    pub(super) fn has_answer(&self) -> bool {
-        self.answer.is_some()
-    }
 }
 
 fn read(host: &dyn Host) -> Outcome {
@@ -134,14 +129,15 @@ impl Daemon {
         }
     }
 
-    /// Takes over the configuration that was read, if one was, and it is right.
-    pub(super) fn take_over(&mut self) {
+    /// Takes over the configuration that was read, if it is right; says whether one was read.
+    pub(super) fn take_over(&mut self) -> bool {
         match self.reloader.answer.take() {
-            None => return,
+            None => return false,
             Some(Ok(fresh)) => self.apply(fresh),
             Some(Err(problems)) => say_failed(&problems),
         }
         self.tell_ready();
+        true
     }
 
     fn apply(&mut self, fresh: Fresh) {
@@ -160,6 +156,7 @@ impl Daemon {
                 endpoint.membership = None;
             }
         }
+        self.set_groups();
         let mut changed = 0;
         for (index, settings) in kept {
             changed += usize::from(self.change_endpoint(index, settings));

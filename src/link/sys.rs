@@ -6,7 +6,7 @@
 
 use std::ffi::CString;
 use std::io;
-use std::mem::{size_of, zeroed};
+use std::mem::{MaybeUninit, size_of, size_of_val, zeroed};
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, SocketAddrV4, SocketAddrV6};
 use std::os::fd::{AsFd, AsRawFd};
 
@@ -35,27 +35,19 @@ pub(super) fn receive_batch(
     received: &mut [Received],
 ) -> io::Result<usize> {
     let count = buffers.len().min(received.len()).min(BATCH);
-    // SAFETY: all-zero bytes are valid values of these plain C structures.
-    let mut headers: [libc::mmsghdr; BATCH] = unsafe { zeroed() };
-    // SAFETY: as above.
-    let mut names: [libc::sockaddr_storage; BATCH] = unsafe { zeroed() };
-    // SAFETY: as above.
-    let mut pieces: [libc::iovec; BATCH] = unsafe { zeroed() };
-    for at in 0..count {
-        pieces[at].iov_base = buffers[at].as_mut_ptr().cast();
-        pieces[at].iov_len = buffers[at].len();
-        let header = &mut headers[at].msg_hdr;
-        header.msg_iov = &raw mut pieces[at];
-        header.msg_iovlen = 1;
-        header.msg_name = (&raw mut names[at]).cast();
-        header.msg_namelen = size_of::<libc::sockaddr_storage>() as libc::socklen_t;
+    let mut names = [NO_NAME; BATCH];
+    let mut pieces = [NO_PIECE; BATCH];
+    let mut headers = [const { MaybeUninit::<libc::mmsghdr>::uninit() }; BATCH];
+    for (at, buffer) in buffers[..count].iter_mut().enumerate() {
+        pieces[at] = libc::iovec { iov_base: buffer.as_mut_ptr().cast(), iov_len: buffer.len() };
+        headers[at].write(header(&mut pieces[at..=at], &mut names[at], NAME));
     }
-    // SAFETY: the first `count` headers point to one piece and one name each, all of which outlive
-    // the call; each piece is a buffer that is borrowed mutably and as long as said.
+    // SAFETY: the first `count` headers are written, and point to one piece and one name each, all
+    // of which outlive the call; each piece is a buffer that is borrowed mutably and as long as said.
     let result = unsafe {
         libc::recvmmsg(
             socket.as_fd().as_raw_fd(),
-            headers.as_mut_ptr(),
+            headers.as_mut_ptr().cast(),
             count as libc::c_uint,
             libc::MSG_DONTWAIT as _,
             std::ptr::null_mut(),
@@ -63,7 +55,8 @@ pub(super) fn receive_batch(
     };
     let filled = usize::try_from(result).map_err(|_| io::Error::last_os_error())?;
     for at in 0..filled {
-        let len = headers[at].msg_len as usize;
+        // SAFETY: the system fills at most `count` of them, which are written.
+        let len = unsafe { headers[at].assume_init_ref() }.msg_len as usize;
         received[at] = Received { len, source: socket_addr(&names[at]) };
     }
     Ok(filled)
@@ -85,35 +78,60 @@ pub(super) struct Outgoing<'a> {
 /// As `sendmmsg(2)`, of the first datagram that was not sent.
 pub(super) fn send_batch(socket: impl AsFd, datagrams: &[Outgoing<'_>]) -> io::Result<usize> {
     let count = datagrams.len().min(BATCH);
-    // SAFETY: all-zero bytes are valid values of these plain C structures.
-    let mut headers: [libc::mmsghdr; BATCH] = unsafe { zeroed() };
-    // SAFETY: as above.
-    let mut names: [libc::sockaddr_storage; BATCH] = unsafe { zeroed() };
-    // SAFETY: as above.
-    let mut pieces: [[libc::iovec; 2]; BATCH] = unsafe { zeroed() };
+    let mut names = [NO_NAME; BATCH];
+    let mut pieces = [[NO_PIECE; 2]; BATCH];
+    let mut headers = [const { MaybeUninit::<libc::mmsghdr>::uninit() }; BATCH];
     for (at, datagram) in datagrams[..count].iter().enumerate() {
         let (first, second) = datagram.pieces;
         for (piece, bytes) in pieces[at].iter_mut().zip([first, second]) {
-            piece.iov_base = bytes.as_ptr().cast_mut().cast();
-            piece.iov_len = bytes.len();
+            let iov_base = bytes.as_ptr().cast_mut().cast();
+            *piece = libc::iovec { iov_base, iov_len: bytes.len() };
         }
-        let header = &mut headers[at].msg_hdr;
-        header.msg_iov = pieces[at].as_mut_ptr();
-        header.msg_iovlen = if second.is_empty() { 1 } else { 2 };
-        header.msg_name = (&raw mut names[at]).cast();
-        header.msg_namelen = write_socket_addr(datagram.destination, &mut names[at]);
+        let used = if second.is_empty() { 1 } else { 2 };
+        let length = write_socket_addr(datagram.destination, &mut names[at]);
+        headers[at].write(header(&mut pieces[at][..used], &mut names[at], length));
     }
-    // SAFETY: the first `count` headers point to their pieces and names, all of which outlive the
-    // call; the system only reads what the pieces point to, as long as the borrowed slices are.
+    // SAFETY: the first `count` headers are written, and point to their pieces and names, all of
+    // which outlive the call; the system only reads what the pieces point to, as long as the
+    // borrowed slices are.
     let result = unsafe {
         libc::sendmmsg(
             socket.as_fd().as_raw_fd(),
-            headers.as_mut_ptr(),
+            headers.as_mut_ptr().cast(),
             count as libc::c_uint,
             libc::MSG_DONTWAIT as _,
         )
     };
     usize::try_from(result).map_err(|_| io::Error::last_os_error())
+}
+
+/// An address of either family: that of IPv6 is as large as, and aligned for, that of IPv4.
+type Name = libc::sockaddr_in6;
+
+/// How long a name is at most.
+const NAME: libc::socklen_t = size_of::<Name>() as libc::socklen_t;
+
+/// No address.
+const NO_NAME: Name = Name {
+    sin6_family: libc::AF_UNSPEC as libc::sa_family_t,
+    sin6_port: 0,
+    sin6_flowinfo: 0,
+    sin6_addr: libc::in6_addr { s6_addr: [0; 16] },
+    sin6_scope_id: 0,
+};
+
+/// No bytes.
+const NO_PIECE: libc::iovec = libc::iovec { iov_base: std::ptr::null_mut(), iov_len: 0 };
+
+/// A header that points to these pieces, and to a name of this length.
+fn header(pieces: &mut [libc::iovec], name: &mut Name, length: libc::socklen_t) -> libc::mmsghdr {
+    // SAFETY: all-zero bytes are a valid value of this plain C structure.
+    let mut header: libc::mmsghdr = unsafe { zeroed() };
+    header.msg_hdr.msg_iov = pieces.as_mut_ptr();
+    header.msg_hdr.msg_iovlen = pieces.len() as _;
+    header.msg_hdr.msg_name = (&raw mut *name).cast();
+    header.msg_hdr.msg_namelen = length;
+    header
 }
 
 /// Asks the driver of a serial port to hand over what it receives at once.
@@ -136,15 +154,16 @@ pub(super) fn set_low_latency(port: impl AsFd) -> io::Result<()> {
     Ok(())
 }
 
-/// How many bytes were written to a terminal and have not left yet.
+/// How many bytes were written to a terminal and have not left yet, or to a connection and have not
+/// been acknowledged.
 ///
 /// # Errors
 ///
-/// As `ioctl(2)`, if it is no terminal or is gone.
-pub(super) fn unsent_bytes(terminal: impl AsFd) -> io::Result<usize> {
+/// As `ioctl(2)`, if it is neither or is gone.
+pub(super) fn unsent_bytes(output: impl AsFd) -> io::Result<usize> {
     let mut count: libc::c_int = 0;
     // SAFETY: the system writes one number to where the pointer leads.
-    if unsafe { libc::ioctl(terminal.as_fd().as_raw_fd(), libc::TIOCOUTQ, &raw mut count) } < 0 {
+    if unsafe { libc::ioctl(output.as_fd().as_raw_fd(), libc::TIOCOUTQ, &raw mut count) } < 0 {
         return Err(io::Error::last_os_error());
     }
     Ok(usize::try_from(count).unwrap_or_default())
@@ -209,20 +228,16 @@ pub fn interface_index(name: &str) -> io::Result<u32> {
     }
 }
 
-fn socket_addr(name: &libc::sockaddr_storage) -> Option<SocketAddr> {
-    let name: *const libc::sockaddr_storage = name;
-    // SAFETY: `sockaddr_storage` is as large as, and aligned for, every address type, all of whose
-    // bit patterns are valid; the family says which one the system wrote.
-    match i32::from(unsafe { (*name).ss_family }) {
+fn socket_addr(name: &Name) -> Option<SocketAddr> {
+    match i32::from(name.sin6_family) {
         libc::AF_INET => {
-            // SAFETY: as above.
-            let name = unsafe { *name.cast::<libc::sockaddr_in>() };
+            // SAFETY: a `Name` is large enough and aligned for this type, of which every bit
+            // pattern is a value; the family says that the system wrote one.
+            let name = unsafe { *(&raw const *name).cast::<libc::sockaddr_in>() };
             let ip = Ipv4Addr::from(u32::from_be(name.sin_addr.s_addr));
             Some(SocketAddrV4::new(ip, u16::from_be(name.sin_port)).into())
         }
         libc::AF_INET6 => {
-            // SAFETY: as above.
-            let name = unsafe { *name.cast::<libc::sockaddr_in6>() };
             let ip = Ipv6Addr::from(name.sin6_addr.s6_addr);
             let port = u16::from_be(name.sin6_port);
             Some(SocketAddrV6::new(ip, port, 0, name.sin6_scope_id).into())
@@ -232,26 +247,23 @@ fn socket_addr(name: &libc::sockaddr_storage) -> Option<SocketAddr> {
 }
 
 /// Writes an address where the system reads it, and says how long it is.
-fn write_socket_addr(address: SocketAddr, name: &mut libc::sockaddr_storage) -> libc::socklen_t {
-    let name: *mut libc::sockaddr_storage = name;
+fn write_socket_addr(address: SocketAddr, name: &mut Name) -> libc::socklen_t {
     match address {
         SocketAddr::V4(v4) => {
-            // SAFETY: `sockaddr_storage` is as large as, and aligned for, this type, and all-zero
-            // bytes are a valid value of it.
-            let name = unsafe { &mut *name.cast::<libc::sockaddr_in>() };
+            // SAFETY: a `Name` is large enough and aligned for this type, of which every bit
+            // pattern is a value.
+            let name = unsafe { &mut *(&raw mut *name).cast::<libc::sockaddr_in>() };
             name.sin_family = libc::AF_INET as libc::sa_family_t;
             name.sin_port = v4.port().to_be();
             name.sin_addr.s_addr = u32::from(*v4.ip()).to_be();
             size_of::<libc::sockaddr_in>() as libc::socklen_t
         }
         SocketAddr::V6(v6) => {
-            // SAFETY: as above.
-            let name = unsafe { &mut *name.cast::<libc::sockaddr_in6>() };
             name.sin6_family = libc::AF_INET6 as libc::sa_family_t;
             name.sin6_port = v6.port().to_be();
             name.sin6_addr.s6_addr = v6.ip().octets();
             name.sin6_scope_id = v6.scope_id();
-            size_of::<libc::sockaddr_in6>() as libc::socklen_t
+            NAME
         }
     }
 }

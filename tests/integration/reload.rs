@@ -220,6 +220,41 @@ fn a_longer_queue_and_a_faster_pace_let_out_what_waits() {
 }
 
 #[test]
+fn a_shorter_patience_holds_for_a_peer_that_is_silent_already() {
+    let with = |timeout: &str| {
+        endpoint("udp", "udpin:127.0.0.1:0", &format!("peer_timeout = \"{timeout}\""))
+    };
+    let scene = Scene::start(&with("60m"), &[]);
+    let _gcs = scene.router.udp("udp", GCS);
+    let lines = scene.change(&with("100ms"));
+    assert_told(&lines, &["udp: changed: peer_timeout"]);
+    scene.router.log.wait_for(&["udp: link #", " down: silent for 0.1 s"]);
+}
+
+#[test]
+fn a_shorter_patience_holds_for_a_peer_that_is_stuck_already() {
+    let with = |timeout: &str| {
+        endpoint("tcp", "tcpin:127.0.0.1:0", &format!("stall_timeout = \"{timeout}\""))
+            + &endpoint("in", "tcpin:127.0.0.1:0", "")
+    };
+    let scene = Scene::start(&with("60m"), &[]);
+    let router = &scene.router;
+    let stuck = Peer::new(TcpWire::narrow_to(router.address("tcp")), GCS);
+    router.wait_for_link("tcp", &stuck.wire);
+    let mut vehicle = router.tcp("in", VEHICLE);
+    let mut gcs = router.tcp("in", GCS_2);
+    // More than fits on the way to the one that reads nothing.
+    for n in 0..20_000 {
+        vehicle.send(bulk(VEHICLE, n));
+        if n % 200 == 199 {
+            gcs.meet(&mut vehicle);
+        }
+    }
+    scene.change(&with("100ms"));
+    router.log.wait_for(&["tcp: link #", " down: it takes nothing any more"]);
+}
+
+#[test]
 fn the_log_level_and_routing_change_and_the_log_format_does_not() {
     let general = |text: &str| format!("{text}\n{}", tcp_and_udp());
     let scene = Scene::start(&general("log_level = \"warn\"\nlog_format = \"text\""), &["-v"]);

@@ -204,3 +204,20 @@ fn a_serial_port_that_is_no_terminal_is_refused() {
     let path = file.to_str().unwrap();
     assert_refused(&run(&[&format!("serial:{path}:57600?name=fc"), TCP]), &["fc", path]);
 }
+
+#[test]
+fn ten_thousand_frames_in_one_burst_arrive_from_a_serial_port() {
+    let pty = Pty::new();
+    let serial = format!("serial:{}:921600?name=fc", pty.device());
+    let router = Router::start(&[TCP, &serial]);
+    let mut gcs = router.tcp("tcp", GCS);
+    let mut vehicle = router.serial("fc", pty, VEHICLE);
+    gcs.meet(&mut vehicle);
+    let frames: Vec<_> = (0..10_000).map(|n| bulk(VEHICLE, n)).collect();
+    thread::scope(|scope| {
+        // More than the terminal's buffer holds: it is full again and again.
+        scope.spawn(|| vehicle.send(frames.concat()));
+        gcs.expect_each(&frames);
+    });
+    gcs.expect_nothing_from(&mut vehicle);
+}
