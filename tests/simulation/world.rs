@@ -37,7 +37,7 @@ pub(crate) struct World {
     cables: Vec<Cable>,
     speakers: Vec<Speaker>,
     /// What is on its way, by the time of its arrival and then in the order of sending.
-    on_the_way: BinaryHeap<Reverse<(Time, u64, End, Vec<u8>)>>,
+    on_the_way: BinaryHeap<Reverse<OnTheWay>>,
     receiver: Receiver,
     /// What came out, how often, and where.
     arrived: HashMap<(Vec<u8>, Component), usize>,
@@ -50,6 +50,9 @@ pub(crate) struct Tally {
     pub(crate) sent: u64,
     pub(crate) carried: u64,
 }
+
+/// When a frame arrives, in which order of those that arrive then, and where.
+type OnTheWay = (Time, u64, End, Vec<u8>);
 
 /// What must arrive: the frame, and with whom.
 type Expected = Vec<(Vec<u8>, Vec<Component>)>;
