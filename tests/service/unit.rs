@@ -127,5 +127,6 @@ fn it_waits_for_nothing_but_the_messages_of_the_program() {
 
 #[test]
 fn a_reload_is_the_signal_that_the_program_takes_for_one() {
-    assert_eq!(values("ExecReload"), ["/bin/kill -HUP $MAINPID"]);
+    let [command] = &values("ExecReload")[..] else { panic!("one command") };
+    assert!(command.contains("kill -HUP $MAINPID"), "{command}");
 }
