@@ -10,6 +10,7 @@ use mio::net::TcpStream;
 use mio::unix::SourceFd;
 use mio::{Interest, Registry, Token};
 
+use super::sys;
 use super::tcp::limit_unsent;
 use crate::routing::Time;
 
@@ -50,7 +51,8 @@ impl Stream {
     }
 }
 
-/// How slow the other side of a stream is, by how long it keeps us waiting for room.
+/// How slow the other side of a stream is: by how long it keeps us waiting for room, and by how much
+/// stands in the system's buffer for it.
 ///
 /// What one is slow to take shall wait in our queue, where we choose what to refuse, and not grow
 /// old in the system's buffer.
@@ -58,19 +60,30 @@ impl Stream {
 pub struct Slowness {
     /// How long it counts as slow yet, once it does.
     until: Option<Time>,
+    /// When the system's buffer is looked at again.
+    next_look: Time,
+    /// At how many looks in a row too much stood in it.
+    backlogs: u8,
 }
 
 impl Slowness {
     /// Who keeps us waiting for longer is slow: what it gets is at least as old.
     const SLOW: Duration = Duration::from_millis(250);
-    /// For how long it is then taken to be.
+    /// How often the system's buffer is looked at, and how many times in a row there may be too
+    /// much in it: a burst is gone sooner.
+    const LOOK: Duration = Duration::from_millis(250);
+    const LOOKS: u8 = 4;
+    /// More than this is too much, in bytes.
+    const BACKLOG: usize = 65_536;
+    /// For how long one is taken to be slow who was.
     const REMEMBERED: Duration = Duration::from_secs(60);
 
     /// It took something at `now`, after it had taken nothing since `blocked_since`.
     pub fn handle_progress(&mut self, stream: &Stream, blocked_since: Option<Time>, now: Time) {
         let Stream::Tcp(stream) = stream else { return };
         let was_slow = self.until.is_some();
-        if blocked_since.is_some_and(|since| now.since(since) > Self::SLOW) {
+        let is_slow = blocked_since.is_some_and(|since| now.since(since) > Self::SLOW);
+        if self.look(stream, now) || is_slow {
             self.until = Some(now + Self::REMEMBERED);
         } else if self.until.is_some_and(|until| until < now) {
             self.until = None;
@@ -79,6 +92,17 @@ impl Slowness {
             // A system that cannot do it does as before.
             let _ = limit_unsent(stream, !was_slow);
         }
+    }
+
+    /// Whether too much has stood in the system's buffer for long.
+    fn look(&mut self, stream: &TcpStream, now: Time) -> bool {
+        if now < self.next_look {
+            return false;
+        }
+        self.next_look = now + Self::LOOK;
+        let is_too_much = sys::unsent_bytes(stream).is_ok_and(|unsent| unsent > Self::BACKLOG);
+        self.backlogs = if is_too_much { self.backlogs.saturating_add(1) } else { 0 };
+        self.backlogs >= Self::LOOKS
     }
 }
 

@@ -154,15 +154,16 @@ pub(super) fn set_low_latency(port: impl AsFd) -> io::Result<()> {
     Ok(())
 }
 
-/// How many bytes were written to a terminal and have not left yet.
+/// How many bytes were written to a terminal and have not left yet, or to a connection and have not
+/// been acknowledged.
 ///
 /// # Errors
 ///
-/// As `ioctl(2)`, if it is no terminal or is gone.
-pub(super) fn unsent_bytes(terminal: impl AsFd) -> io::Result<usize> {
+/// As `ioctl(2)`, if it is neither or is gone.
+pub(super) fn unsent_bytes(output: impl AsFd) -> io::Result<usize> {
     let mut count: libc::c_int = 0;
     // SAFETY: the system writes one number to where the pointer leads.
-    if unsafe { libc::ioctl(terminal.as_fd().as_raw_fd(), libc::TIOCOUTQ, &raw mut count) } < 0 {
+    if unsafe { libc::ioctl(output.as_fd().as_raw_fd(), libc::TIOCOUTQ, &raw mut count) } < 0 {
         return Err(io::Error::last_os_error());
     }
     Ok(usize::try_from(count).unwrap_or_default())

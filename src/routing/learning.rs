@@ -50,6 +50,7 @@ impl Router {
         if frame.verified {
             let lost = heard.lost_here(frame.header.id, gap, now);
             heard.last = now;
+            heard.note_first(arrival, now);
             heard.is_route |= teaches;
             self.handle_verified(link, frame, arrival, lost, now);
         }
@@ -98,7 +99,8 @@ impl Router {
         teaches: bool,
         now: Time,
     ) {
-        let heard = first_heard(link, frame, teaches, now);
+        let mut heard = first_heard(link, frame, teaches, now);
+        heard.note_first(arrival, now);
         let source = frame.header.source;
         let events = &mut self.events;
         let lost = |component| push_event(events, RouterEvent::ComponentLost(component));
@@ -164,5 +166,13 @@ impl Router {
 fn first_heard(link: LinkId, frame: &CheckedFrame<'_>, is_route: bool, now: Time) -> Heard {
     let mut sequence = Sequence::default();
     sequence.handle(frame.header.seq);
-    Heard { link, last: now, is_route, sequence, boot_ms: None, speech: Speech::default() }
+    Heard {
+        link,
+        last: now,
+        is_route,
+        sequence,
+        boot_ms: None,
+        first: None,
+        speech: Speech::default(),
+    }
 }

@@ -14,8 +14,8 @@
 //!   place, but only once within the time, for the frame may also have gone round;
 //! - what is forgotten, as there were too many others or it was too long ago.
 //!
-//! The loop rule, that a source is not sent to a link on which it was just heard, saves most of the
-//! copies from being sent at all.
+//! The loop rule, that a broadcast is not sent to a link on which its source was just heard, saves some
+//! of the copies from being sent at all.
 
 use std::time::Duration;
 
@@ -71,7 +71,8 @@ impl Router {
     }
 
     /// Rule 49: takes out the links on which the source was just heard, and those that lead the same
-    /// way.
+    /// way. Not one whose last frame was a copy: whoever sent it may have it from here, and depend on
+    /// that. And none for directed frames: their target may be on a way by which the source is heard.
     pub(super) fn apply_loop_rule(
         &mut self,
         link: LinkId,
@@ -79,9 +80,13 @@ impl Router {
         destinations: &mut LinkSet,
         now: Time,
     ) {
+        if frame.is_directed() {
+            return;
+        }
         let Some(source) = self.table.find(frame.header.source) else { return };
         for heard in &source.heard {
-            if heard.link == link || now.since(heard.last) >= LOOP_WINDOW {
+            let is_over = |first| now.since(first) >= LOOP_WINDOW;
+            if heard.link == link || heard.first.is_none_or(is_over) {
                 continue;
             }
             let port = self.ports[heard.link.index()].as_ref();
@@ -93,6 +98,14 @@ impl Router {
                 count_drop(&mut self.ports, heard.link, DropReason::Loop);
             }
         }
+    }
+}
+
+impl Heard {
+    /// A frame came over this link; notes whether it came over another one before.
+    #[inline]
+    pub(super) fn note_first(&mut self, arrival: Arrival, now: Time) {
+        self.first = (arrival == Arrival::New).then_some(now);
     }
 }
 

@@ -131,14 +131,15 @@ impl Router {
     fn destinations(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) -> LinkSet {
         let mut destinations =
             if frame.is_directed() { self.routes_to(frame.target, now) } else { self.links };
-        destinations = destinations - self.own_path(link);
+        self.leave_out_own_path(link, &mut destinations);
         if destinations.is_empty() && frame.is_directed() {
             self.count_drop(link, DropReason::NoRoute);
             let event = RouterEvent::NoRoute(frame.header.source, frame.target);
             push_event(&mut self.events, event);
         }
         if self.has_sniffers {
-            destinations = destinations | (self.sniffers(now) - self.own_path(link));
+            destinations = destinations | self.sniffers(now);
+            self.leave_out_own_path(link, &mut destinations);
         }
         if !self.groups.is_empty() {
             let is_heartbeat = frame.header.id == MessageId::HEARTBEAT;
@@ -151,11 +152,13 @@ impl Router {
         destinations
     }
 
-    /// The links that a frame from `link` never goes to: itself, and those that lead the same way.
-    fn own_path(&self, link: LinkId) -> LinkSet {
-        let membership = self.port(link).and_then(|port| port.options.membership);
-        let group = membership.and_then(|own| self.groups.get(usize::from(own.group.0)));
-        group.map_or_else(|| LinkSet::of(link), Group::links)
+    /// A frame from `link` never goes there, nor to the links that lead the same way.
+    fn leave_out_own_path(&self, link: LinkId, destinations: &mut LinkSet) {
+        let group = self.port(link).and_then(Port::group);
+        match group.and_then(|group| self.groups.get(usize::from(group.0))) {
+            Some(group) => *destinations = *destinations - group.links(),
+            None => destinations.remove(link),
+        }
     }
 
     /// Lets each group choose its paths.

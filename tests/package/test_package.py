@@ -73,6 +73,7 @@ def test_everything_is_in_its_place(machine):
     assert [line.split()[0] for line in conffiles.splitlines() if line] == [CONFIG]
     for path in [
         "/usr/share/man/man1/mavswitch.1.gz",
+        "/usr/share/man/man1/mavlink-routerd.1.gz",
         "/usr/share/man/man5/mavswitch.toml.5.gz",
         "/usr/share/bash-completion/completions/mavswitch",
         "/usr/share/zsh/vendor-completions/_mavswitch",
@@ -83,6 +84,14 @@ def test_everything_is_in_its_place(machine):
         assert path in machine.do("dpkg", "--listfiles", "mavswitch").splitlines()
     bash = "source /usr/share/bash-completion/completions/mavswitch; complete -p mavswitch"
     assert "mavswitch" in machine.do("bash", "-c", bash)
+
+
+def test_no_name_of_mavlink_router_is_taken_and_a_link_takes_it(machine):
+    assert machine.run("mavlink-routerd", "--version").returncode == 127
+    link = machine.path("/usr/local/bin/mavlink-routerd")
+    link.symlink_to("/usr/bin/mavswitch")
+    assert "mavswitch" in machine.do("/usr/local/bin/mavlink-routerd", "--version")
+    link.unlink()
 
 
 def test_systemd_finds_nothing_wrong_with_the_unit(machine):

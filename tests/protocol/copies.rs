@@ -169,3 +169,25 @@ fn rule_49_all_bytes_count() {
     assert_eq!(network.hears(right, &attitude(CAMERA, 0)), [left, station]);
     assert_eq!(network.hears(right, &attitude(Component::new(2, 1), 0)), [left, station]);
 }
+
+/// Each cable brings back what the other one took: the vehicle is heard on both, and must not be cut
+/// off from them for that.
+#[test]
+fn rule_49_echoes_on_every_cable_cut_nobody_off() {
+    let (mut network, [vehicle, one, two]) = Network::with_links();
+    for seq in 0..100 {
+        step(&mut network, 20);
+        assert_eq!(network.hears(vehicle, &attitude(VEHICLE, seq)), [one, two]);
+        assert_eq!(network.hears(one, &attitude(VEHICLE, seq)), []);
+        assert_eq!(network.hears(two, &attitude(VEHICLE, seq)), []);
+    }
+}
+
+/// One frame of the vehicle came round by the cable that leads to the station.
+#[test]
+fn a_directed_frame_goes_to_its_target_though_its_source_is_heard_there() {
+    let (mut network, [vehicle, cable]) = Network::with_links();
+    network.hears(cable, &heartbeat(STATION));
+    network.hears(cable, &attitude(VEHICLE, 0));
+    assert_eq!(network.hears(vehicle, &command(VEHICLE, STATION)), [cable]);
+}

@@ -114,7 +114,7 @@ impl Mesh {
 fn check(mut mesh: Mesh, vehicle: End, station: End) {
     let cables = mesh.cables.len();
     assert_eq!(mesh.fly(30, vehicle, station), 300, "all arrive");
-    let most = 300 * cables + 30 * 4 * cables;
+    let most = 300 * 2 * cables;
     assert!(mesh.carried <= most, "{} frames over {cables} cables for 300", mesh.carried);
     mesh.send(station, &heartbeat(STATION), vehicle);
     assert!(mesh.send(station, &command(STATION, VEHICLE), vehicle) > 0, "and back");

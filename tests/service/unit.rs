@@ -124,3 +124,9 @@ fn it_waits_for_nothing_but_the_messages_of_the_program() {
     assert_eq!(values("WatchdogSec"), ["10"]);
     assert_eq!(values("Restart"), ["on-failure"]);
 }
+
+#[test]
+fn a_reload_is_the_signal_that_the_program_takes_for_one() {
+    let [command] = &values("ExecReload")[..] else { panic!("one command") };
+    assert!(command.contains("kill -HUP $MAINPID"), "{command}");
+}

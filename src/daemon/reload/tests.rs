@@ -318,15 +318,17 @@ fn what_was_asked_for_one_that_is_gone_is_answered_to_nobody() {
 
 #[test]
 fn all_groups_can_get_new_names_at_once() {
+    // Two to a group: while one still has the old name, the number of that is in use.
     let named = |prefix: &str| -> Vec<String> {
-        (0..256)
-            .map(|n| format!("udpin:127.0.0.1:0?name=e{n}&group={prefix}{n}&path=best"))
-            .collect()
+        let group = |n: usize| format!("group={prefix}{}&path=best", n % 256);
+        let one = |n| format!("udpout:127.0.0.1:9?name=e{n}&dev=absent0&{}", group(n));
+        (0..512).map(one).collect()
     };
     let host = desk();
     let mut daemon = start(config(&named("old"), &General::default()), Arc::clone(&host));
     reload(&mut daemon, &host, Ok(config(&named("new"), &General::default())));
     assert_eq!(daemon.io.endpoints.groups(), [Some(true); 256]);
+    assert!(daemon.io.endpoints.iter().all(|endpoint| endpoint.membership.is_some()));
 }
 
 #[test]

@@ -80,11 +80,11 @@ fn of_a_server_that_comes_and_goes_all_the_time_the_last_word_is_told() {
 #[test]
 fn callers_who_come_and_go_all_the_time_do_not_hide_that_another_was_refused() {
     let router = Router::start(&["tcpin:127.0.0.1:0?name=few&max_peers=1", TCP]);
-    for _ in 0..30 {
-        let caller = router.tcp_unnoticed("few", OTHER);
-        drop(caller);
-    }
     let mut gcs = router.tcp("tcp", GCS);
+    for _ in 0..30 {
+        let mut caller = router.tcp_unnoticed("few", OTHER);
+        router.assert_serves(&mut gcs, &mut caller);
+    }
     let mut stays = router.tcp_unnoticed("few", VEHICLE);
     router.assert_serves(&mut gcs, &mut stays);
     let _one_too_many = router.tcp_unnoticed("few", CAMERA);
