@@ -58,6 +58,17 @@ pub(super) fn may_pass(config: &EndpointConfig, error: &io::Error) -> bool {
     }
 }
 
+fn is_not_allowed(error: &io::Error) -> bool {
+    error.raw_os_error() == Some(libc::EPERM)
+}
+
+/// The port that an endpoint has or wants for itself; 0: any.
+fn own_port(config: &EndpointConfig, address: &Address) -> u16 {
+    // Who sends or calls has another's port in its address, and its own in `bind`.
+    let own = config.options.bind.as_ref().or_else(|| address.host_port());
+    own.map_or(0, |host_port| host_port.port)
+}
+
 fn is_not_a_tty(error: &io::Error) -> bool {
     error.raw_os_error() == Some(libc::ENOTTY)
 }
@@ -66,19 +77,30 @@ fn is_not_a_tty(error: &io::Error) -> bool {
 fn remedy(config: &EndpointConfig, error: &io::Error) -> String {
     let is_udp = !matches!(config.address.kind(), AddressKind::TcpIn | AddressKind::TcpOut);
     let text = match (error.kind(), &config.address) {
+        // Not the permissions of the file, but a sandbox around the program.
+        (io::ErrorKind::PermissionDenied, Address::Serial { .. }) if is_not_allowed(error) => {
+            "the service may not open such devices: add their kind, `systemctl edit mavswitch` and \
+             DeviceAllow="
+                .to_owned()
+        }
         (io::ErrorKind::PermissionDenied, Address::Serial { .. }) => {
             "is the user in group dialout?".to_owned()
         }
-        (io::ErrorKind::PermissionDenied, _) => {
+        (io::ErrorKind::PermissionDenied, _)
+            if is_not_allowed(error) && config.options.dev.is_some() =>
+        {
+            "`dev` takes Linux 5.7, or the capability CAP_NET_RAW".to_owned()
+        }
+        (io::ErrorKind::PermissionDenied, address)
+            if (1..1_024).contains(&own_port(config, address)) =>
+        {
             "ports below 1024 are for root: choose a higher one".to_owned()
         }
         (io::ErrorKind::ResourceBusy, Address::Serial { device: Device::Path(path), .. }) => {
             format!("another program has it open: `fuser -v {}` tells which", path.display())
         }
         (io::ErrorKind::AddrInUse, address) => {
-            // Who sends or calls has another's port in its address, and its own in `bind`.
-            let own = config.options.bind.as_ref().or_else(|| address.host_port());
-            let port = own.map_or(0, |host_port| host_port.port);
+            let port = own_port(config, address);
             let flag = if is_udp { 'u' } else { 't' };
             format!("another program is there: `ss -l{flag}np sport = :{port}` tells which")
         }
@@ -86,4 +108,22 @@ fn remedy(config: &EndpointConfig, error: &io::Error) -> String {
         _ => return String::new(),
     };
     format!(" ({text})")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_permitted_is_told_with_what_would_help() {
+        let remedy = |endpoint: &str, code: i32| {
+            remedy(&endpoint.parse().unwrap(), &io::Error::from_raw_os_error(code))
+        };
+        assert!(remedy("serial:/dev/ttyS0:57600", libc::EACCES).contains("dialout"));
+        assert!(remedy("serial:/dev/ttyXX0:57600", libc::EPERM).contains("DeviceAllow="));
+        assert!(remedy("udpin::80", libc::EACCES).contains("below 1024"));
+        assert!(remedy("udpin::14550?dev=eth0", libc::EPERM).contains("CAP_NET_RAW"));
+        // A firewall, or whatever else it is.
+        assert_eq!(remedy("udpin::14550", libc::EPERM), "");
+    }
 }
