@@ -141,7 +141,8 @@ impl Daemon {
         self.refuse(index, peer, &format!("it has {max} peers already (raise max_peers)"));
     }
 
-    fn refuse(&mut self, index: EndpointId, peer: SocketAddr, reason: &str) {
+    /// Tells that somebody is not listened to.
+    pub(super) fn refuse(&mut self, index: EndpointId, peer: SocketAddr, reason: &str) {
         let text = format!("{} refused: {reason}", plain(peer));
         self.say(index, Level::WARN, Topic::Refusal, &text);
     }

@@ -143,7 +143,10 @@ impl Daemon {
             // What we send to everybody comes back to us as well.
             Role::Shared { own, .. } if (source.ip(), source.port()) == (own.ip(), own.port()) => {}
             Role::Shared { .. } => self.handle_shared(index, slot, source, to_group),
-            Role::Sender { .. } => {}
+            Role::Sender { remote, .. } => {
+                let reason = format!("it hears {} alone, to whom it sends", remote.ip());
+                self.refuse(index, source, &reason);
+            }
         }
     }
 

@@ -125,6 +125,22 @@ fn udpout_sends_from_the_address_it_is_bound_to() {
 }
 
 #[test]
+fn udpout_hears_nobody_else_and_says_so() {
+    let gcs = Peer::awaiting(GCS);
+    let router = Router::start(&[&format!("udpout:{}?name=out", gcs.wire.address()), TCP]);
+    let port = router.sends_from("out").port();
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let other = roomy_udp_socket("127.0.0.2:0".parse().unwrap());
+    let mut other = Peer::new(UdpWire::between(other, ([127, 0, 0, 1], port).into()), GCS_2);
+    other.send(heartbeat(GCS_2));
+    let words = ["WARN", "out: 127.0.0.2:", " refused: it hears 127.0.0.1 alone, to whom it sends"];
+    router.log.wait_for(&words);
+    let mut witness = router.tcp("tcp", WITNESS);
+    witness.send(heartbeat(WITNESS));
+    vehicle.expect(heartbeat(WITNESS));
+}
+
+#[test]
 fn udpout_goes_on_when_nobody_is_there_and_is_heard_when_somebody_comes() {
     let gcs = Peer::awaiting(GCS);
     let address = gcs.wire.address();
