@@ -33,6 +33,8 @@ pub(super) struct Endpoint {
     /// Which of several baud rates is in use, and whether frames were heard at it.
     pub(super) baud: usize,
     pub(super) baud_is_proven: bool,
+    /// Since when it is in use, if another one was before: what was heard until then proves nothing.
+    pub(super) baud_since: Time,
     /// Whether it was told that no frame comes.
     pub(super) silence_is_told: bool,
     /// Where it was opened, and what its sockets depend on.
@@ -200,6 +202,7 @@ impl Endpoint {
             membership: None,
             baud: 0,
             baud_is_proven: false,
+            baud_since: Time::ZERO,
             silence_is_told: false,
             address: None,
             bound: Bound::default(),

@@ -150,6 +150,9 @@ impl Daemon {
         endpoint.baud = at.unwrap_or(0);
         endpoint.baud_is_proven &= at.is_some();
         let State::Up(link) = endpoint.state else { return };
+        if at.is_none() {
+            endpoint.baud_since = self.now;
+        }
         self.watch_serial(index);
         if at.is_none() {
             self.use_baud(index, link);
@@ -168,7 +171,8 @@ impl Daemon {
     pub(super) fn check_serial(&mut self, index: EndpointId, id: LinkId) {
         let endpoint = &mut self.io.endpoints[index];
         let Address::Serial { bauds, .. } = &endpoint.config.address else { return };
-        let heard = self.router.port(id).is_some_and(|port| port.quality().last_heard.is_some());
+        let last_heard = self.router.port(id).and_then(|port| port.quality().last_heard);
+        let heard = last_heard.is_some_and(|at| at > endpoint.baud_since);
         let is_one_of_several = bauds.len() > 1;
         if heard {
             endpoint.baud_is_proven = true;
@@ -236,11 +240,12 @@ impl Daemon {
         if let Err(error) = result {
             return self.close_unchanged(id, baud, &error);
         }
-        let endpoint = &self.io.endpoints[index];
+        let endpoint = &mut self.io.endpoints[index];
         if endpoint.baud_in_use() != Some(baud) {
             // Other rates have been configured meanwhile.
             return self.use_baud(index, id);
         }
+        endpoint.baud_since = self.now;
         let pace = endpoint.pace();
         if let Some(link) = self.io.links.get_mut(id) {
             link.splitter.forget();

@@ -252,6 +252,25 @@ fn a_serial_port_stays_open_and_changes_its_baud_rate_in_place() {
 }
 
 #[test]
+fn what_was_heard_at_the_old_baud_rate_proves_no_new_one() {
+    let pty = Pty::new();
+    let device = pty.device().to_owned();
+    let with = |bauds: &str| {
+        endpoint("fc", &format!("serial:{device}:{bauds}"), "")
+            + &endpoint("tcp", "tcpin:127.0.0.1:0", "")
+    };
+    let scene = Scene::start(&with("57600"), &[]);
+    let router = &scene.router;
+    let mut gcs = router.tcp("tcp", GCS);
+    let mut vehicle = router.serial("fc", pty, VEHICLE);
+    router.assert_serves(&mut gcs, &mut vehicle);
+    scene.change(&with("9600,115200"));
+    eventually("the next rate is tried", || vehicle.wire.baud() == 115_200);
+    router.assert_serves(&mut gcs, &mut vehicle);
+    router.log.wait_for(&["fc: frames at "]);
+}
+
+#[test]
 fn a_longer_queue_and_a_faster_pace_let_out_what_waits() {
     let with = |options: &str| {
         endpoint("slow", "tcpin:127.0.0.1:0", options) + &endpoint("udp", "udpin:127.0.0.1:0", "")
