@@ -50,7 +50,7 @@ impl Router {
         if frame.verified {
             let lost = heard.lost_here(frame.header.id, gap, now);
             heard.last = now;
-            heard.note_first(arrival, now);
+            heard.note_first(frame, arrival, now);
             heard.is_route |= teaches;
             self.handle_verified(link, frame, arrival, lost, now);
         }
@@ -100,7 +100,7 @@ impl Router {
         now: Time,
     ) {
         let mut heard = first_heard(link, frame, teaches, now);
-        heard.note_first(arrival, now);
+        heard.note_first(frame, arrival, now);
         let source = frame.header.source;
         let events = &mut self.events;
         let lost = |component| push_event(events, RouterEvent::ComponentLost(component));

@@ -14,8 +14,8 @@
 //!   place, but only once within the time, for the frame may also have gone round;
 //! - what is forgotten, as there were too many others or it was too long ago.
 //!
-//! The loop rule, that a broadcast is not sent to a link on which its source was just heard, saves some
-//! of the copies from being sent at all.
+//! The loop rule, that a broadcast is not sent to a link on which a broadcast of its source was just
+//! heard, saves some of the copies from being sent at all.
 
 use std::time::Duration;
 
@@ -70,9 +70,10 @@ impl Router {
         }
     }
 
-    /// Rule 49: takes out the links on which the source was just heard, and those that lead the same
-    /// way. Not one whose last frame was a copy: whoever sent it may have it from here, and depend on
-    /// that. And none for directed frames: their target may be on a way by which the source is heard.
+    /// Rule 49: takes out the links that just brought a broadcast of the source, and those that lead
+    /// the same way. Not one whose last frame was a copy: whoever sent it may have it from here, and
+    /// depend on that. And none for directed frames: their target may be on a way by which the source
+    /// is heard.
     pub(super) fn apply_loop_rule(
         &mut self,
         link: LinkId,
@@ -103,9 +104,16 @@ impl Router {
 
 impl Heard {
     /// A frame came over this link; notes whether it came over another one before.
+    ///
+    /// That a directed frame did not proves nothing: it goes where its target is, perhaps the long
+    /// way round, past somebody who depends on this router for the broadcasts.
     #[inline]
-    pub(super) fn note_first(&mut self, arrival: Arrival, now: Time) {
-        self.first = (arrival == Arrival::New).then_some(now);
+    pub(super) fn note_first(&mut self, frame: &CheckedFrame<'_>, arrival: Arrival, now: Time) {
+        if arrival != Arrival::New {
+            self.first = None;
+        } else if !frame.is_directed() {
+            self.first = Some(now);
+        }
     }
 }
 

@@ -8,7 +8,7 @@ use super::link_set::LinkId;
 use super::rate_limit::RateCap;
 use crate::mavlink::Component;
 
-/// How long a source's frames stay off a link on which it was heard itself (rule 49).
+/// How long a source's broadcasts stay off a link that brought one itself (rule 49).
 pub const LOOP_WINDOW: Duration = Duration::from_secs(5);
 
 /// Which frames teach routes.

@@ -33,7 +33,7 @@ pub struct Heard {
     pub sequence: Sequence,
     /// Its last SYSTEM_TIME.time_boot_ms there, by which a reboot shows (rule 44).
     pub boot_ms: Option<u32>,
-    /// When its last frame there came, if that came nowhere else before.
+    /// When its last broadcast came there, if no frame came there since that came elsewhere before.
     pub(super) first: Option<Time>,
     /// What else it says there.
     pub(super) speech: Speech,

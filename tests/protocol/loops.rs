@@ -238,6 +238,22 @@ fn a_directed_frame_arrives_once_in_a_ring() {
     }
 }
 
+/// Both heartbeats are lost on the short way, so commands to either go the long way round, past the
+/// station: each of its neighbours has heard the vehicle from there, and from there alone.
+#[test]
+fn commands_that_go_the_long_way_round_keep_no_broadcast_off_it() {
+    let mut mesh = Mesh::new(4, &[(0, 1), (1, 2), (2, 3), (3, 0)]);
+    let (vehicle, station) = (mesh.link(0), mesh.link(2));
+    for (router, short_way, system) in [(1, 0, 2), (3, 3, 3)] {
+        let target = Component::new(system, 1);
+        let at = mesh.link(router);
+        mesh.loses = Some(short_way);
+        mesh.send(at, &heartbeat(target), station);
+        assert_eq!(mesh.send(vehicle, &command(VEHICLE, target), at), 1);
+    }
+    assert_eq!(mesh.fly(1, vehicle, station), 10, "all arrive");
+}
+
 /// A script says one thing and is gone, while its frame is on its way round. The router knows it on
 /// the ring alone then, as if it were there.
 #[test]
