@@ -79,6 +79,8 @@ impl Reloader {
             self.is_asked_again = true;
             return Ok(false);
         }
+        // What was read but not yet taken over is older, too.
+        self.answer = None;
         let host = Arc::clone(&self.host);
         let (answers, waker) = (self.answers.0.clone(), Arc::clone(&self.waker));
         let read = move || {

@@ -344,3 +344,24 @@ fn it_reads_once_more_if_it_was_asked_meanwhile() {
     assert_eq!(host.loads.load(Ordering::Relaxed), 2);
     assert_eq!(daemon.io.endpoints.ids().len(), 2);
 }
+
+#[test]
+fn what_was_read_before_it_was_asked_again_counts_for_nothing() {
+    let host = desk();
+    let texts = ["udpout:127.0.0.1:9?name=a".to_owned(), "udpout:127.0.0.1:10".to_owned()];
+    let mut daemon = start(config(&texts[..1], &General::default()), Arc::clone(&host));
+    *host.wanted.lock().unwrap() = Ok(config(&texts, &General::default()));
+    daemon.ask_reload();
+    let mut events = Events::with_capacity(8);
+    while daemon.reloader.answer.is_none() {
+        daemon.turn(&mut events, Some(Duration::from_millis(1))).unwrap();
+    }
+    // In one turn with the answer, another signal comes.
+    let held = host.wanted.lock().unwrap();
+    daemon.ask_reload();
+    // Or the service manager would take the second reload for done with the first.
+    assert!(!daemon.take_over());
+    drop(held);
+    settle_down(&mut daemon);
+    assert_eq!(daemon.io.endpoints.ids().len(), 2);
+}
