@@ -93,7 +93,8 @@ fn every_endpoint_of_a_command_can_be_read() {
 
 #[test]
 fn every_flag_exists_and_every_flag_is_told() {
-    let foreign = ["release", "locked", "path", "no-mavproxy", "master", "now"];
+    let foreign =
+        ["release", "locked", "path", "no-mavproxy", "master", "now", "bench", "router", "test"];
     let is_name = |c: char| c.is_ascii_alphanumeric() || c == '-';
     let words = README.split("--").skip(1).map(|rest| rest.split(|c| !is_name(c)).next().unwrap());
     let is_flag = |word: &&str| word.starts_with(|c: char| c.is_ascii_lowercase());
