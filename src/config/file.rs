@@ -38,6 +38,15 @@ pub fn default_files(dir: &Path) -> Result<Vec<PathBuf>, ConfigError> {
 }
 
 fn toml_files(dir: &Path) -> io::Result<Vec<PathBuf>> {
+    visible_files(dir, |name| name.ends_with(".toml"))
+}
+
+/// The entries of a directory that are not hidden and have such a name, in no order; none if there
+/// is no such directory.
+pub(super) fn visible_files(
+    dir: &Path,
+    is_wanted: impl Fn(&str) -> bool,
+) -> io::Result<Vec<PathBuf>> {
     let entries = match fs::read_dir(dir) {
         Ok(entries) => entries,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
@@ -47,7 +56,7 @@ fn toml_files(dir: &Path) -> io::Result<Vec<PathBuf>> {
     for entry in entries {
         let path = entry?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if name.ends_with(".toml") && !name.starts_with('.') {
+        if is_wanted(&name) && !name.starts_with('.') {
             files.push(path);
         }
     }

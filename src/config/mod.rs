@@ -29,6 +29,8 @@ mod query;
 mod shape;
 mod source;
 mod suggest;
+#[cfg(test)]
+mod test_dir;
 mod value;
 mod write;
 

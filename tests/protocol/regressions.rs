@@ -35,15 +35,21 @@ fn best_of_two(ranks: [u8; 2]) -> (Network, [LinkId; 3]) {
     (network, [radio, modem, station])
 }
 
-/// The queue is made for the first baud rate; at a later, faster one the limits for routine frames
-/// pass its end, and a frame goes in by half.
-#[test]
-fn a_faster_baud_rate_tears_no_frame() {
+/// A radio at 57,600 baud, and a vehicle.
+fn slow_line() -> (Network, LinkId, LinkId) {
     let mut network = Network::new(RouterOptions::default());
     let queue_time = Duration::from_millis(250);
     let capacity = Capacity::Paced { rate: 5_760, queue_time };
     let radio = network.link_with(LinkOptions { capacity, ..LinkOptions::default() });
     let vehicle = network.link();
+    (network, radio, vehicle)
+}
+
+/// The queue is made for the first baud rate; at a later, faster one the limits for routine frames
+/// pass its end, and a frame goes in by half.
+#[test]
+fn a_faster_baud_rate_tears_no_frame() {
+    let (mut network, radio, vehicle) = slow_line();
     network.router.port_mut(radio).unwrap().set_line_rate(92_160, network.now);
     for _ in 0..100 {
         network.receive(vehicle, &heartbeat(VEHICLE));
@@ -63,11 +69,7 @@ fn a_faster_baud_rate_tears_no_frame() {
 /// And whoever walks over the half frame walks over the end: the program is gone.
 #[test]
 fn a_faster_baud_rate_ends_no_program() {
-    let mut network = Network::new(RouterOptions::default());
-    let queue_time = Duration::from_millis(250);
-    let capacity = Capacity::Paced { rate: 5_760, queue_time };
-    let radio = network.link_with(LinkOptions { capacity, ..LinkOptions::default() });
-    let vehicle = network.link();
+    let (mut network, radio, vehicle) = slow_line();
     network.router.port_mut(radio).unwrap().set_line_rate(92_160, network.now);
     let mut random = Random::new(7);
     for turn in 0..10_000 {
@@ -87,11 +89,7 @@ fn a_faster_baud_rate_ends_no_program() {
 /// And has no more room than the slow one had.
 #[test]
 fn a_faster_baud_rate_has_a_longer_queue() {
-    let mut network = Network::new(RouterOptions::default());
-    let queue_time = Duration::from_millis(250);
-    let capacity = Capacity::Paced { rate: 5_760, queue_time };
-    let radio = network.link_with(LinkOptions { capacity, ..LinkOptions::default() });
-    let vehicle = network.link();
+    let (mut network, radio, vehicle) = slow_line();
     network.hears(radio, &heartbeat(STATION));
     network.router.port_mut(radio).unwrap().set_line_rate(92_160, network.now);
     for _ in 0..1_000 {
@@ -197,11 +195,7 @@ fn a_source_heard_in_a_group_is_not_sent_back_into_it() {
 /// A download fills the queue to the last byte, and the heartbeats beside it are all refused.
 #[test]
 fn heartbeats_pass_beside_a_download() {
-    let mut network = Network::new(RouterOptions::default());
-    let queue_time = Duration::from_millis(250);
-    let capacity = Capacity::Paced { rate: 5_760, queue_time };
-    let radio = network.link_with(LinkOptions { capacity, ..LinkOptions::default() });
-    let vehicle = network.link();
+    let (mut network, radio, vehicle) = slow_line();
     network.hears(radio, &heartbeat(STATION));
     let mut payload = [0x55; 250];
     payload[..3].copy_from_slice(&[0, STATION.system, STATION.component]);

@@ -1,10 +1,11 @@
 //! Which files mavlink-router would read.
 
 use std::io;
+use std::iter;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::{fs, iter};
 
+use crate::config::file::visible_files;
 use crate::config::place::{ConfigError, ConfigProblem};
 
 /// Where the files are unless somebody names others: `main.conf` and the directory `config.d`.
@@ -92,18 +93,7 @@ fn in_dir(dir: &Path) -> Result<Vec<PathBuf>, ConfigError> {
 }
 
 fn list(dir: &Path) -> io::Result<Vec<PathBuf>> {
-    let entries = match fs::read_dir(dir) {
-        Ok(entries) => entries,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-        Err(error) => return Err(error),
-    };
-    let mut files = Vec::new();
-    for entry in entries {
-        let path = entry?.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if path.is_file() && !name.starts_with('.') && !name.ends_with('~') {
-            files.push(path);
-        }
-    }
+    let mut files = visible_files(dir, |name| !name.ends_with('~'))?;
+    files.retain(|path| path.is_file());
     Ok(files)
 }

@@ -2,31 +2,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::*;
+use crate::config::test_dir::TempDir;
 use crate::config::{Config, ConfigError, EndpointOptions};
-
-/// A directory of this test's own, removed at its end.
-struct TempDir(PathBuf);
-
-impl TempDir {
-    fn new(name: &str) -> Self {
-        let dir = std::env::temp_dir().join(format!("mavswitch-{name}-{}", std::process::id()));
-        fs::create_dir_all(&dir).unwrap();
-        Self(dir)
-    }
-
-    fn write(&self, name: &str, text: &str) -> PathBuf {
-        let path = self.0.join(name);
-        fs::create_dir_all(path.parent().unwrap()).unwrap();
-        fs::write(&path, text).unwrap();
-        path
-    }
-}
-
-impl Drop for TempDir {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
 
 /// The endpoints in the spelling of the command line, without the TCP server.
 fn endpoints(config: &Config) -> Vec<String> {
