@@ -1,0 +1,11 @@
+//! What is going on, as a value: one [`Snapshot`], and everything that is shown is made of it.
+//!
+//! The loop fills a snapshot when somebody asks; text, JSON, metrics and the live view are made
+//! from it here. Nothing in this room reads a clock, a socket or the router.
+
+mod snapshot;
+
+pub use snapshot::{
+    ArmedState, ComponentStatus, Counters, EndpointState, EndpointStatus, FORMAT, HeardStatus,
+    LinkStatus, MessageStatus, Program, QueueStatus, Snapshot, Vehicle,
+};
