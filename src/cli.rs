@@ -11,7 +11,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
 use crate::config::{
-    self, CONFIG_DIR, Config, ConfigError, EndpointConfig, General, LogFormat, LogLevel,
+    self, CONFIG_DIR, Config, ConfigError, EndpointConfig, General, KeyFile, LogFormat, LogLevel,
     default_files, load_config,
 };
 use crate::routing::Learn;
@@ -129,6 +129,9 @@ pub struct RouteArgs {
     #[arg(long, value_name = "FILE.xml")]
     pub dialect: Vec<PathBuf>,
 
+    /// A signing key that endpoints may name, and the file that it is in; may be repeated
+    #[arg(long, value_name = "NAME=FILE", value_parser = key)]
+    pub key: Vec<KeyFile>,
     /// What to record.
     #[command(flatten)]
     pub record: RecordArgs,
@@ -206,6 +209,9 @@ impl RouteArgs {
         if !self.dialect.is_empty() {
             config.general.dialect.clone_from(&self.dialect);
         }
+        let keys = &mut config.general.keys;
+        keys.retain(|known| self.key.iter().all(|key| key.name != known.name));
+        keys.extend(self.key.iter().cloned());
         self.record.apply_to(&mut config.general.record);
         config.add(&self.endpoints)
     }
@@ -226,6 +232,10 @@ impl LogArgs {
 
 fn seconds(text: &str) -> Result<Duration, String> {
     config::seconds(text).ok_or_else(|| "write a number of seconds from 0 on, as 300".to_owned())
+}
+
+fn key(text: &str) -> Result<KeyFile, String> {
+    config::key_file(text).ok_or_else(|| "write a name and a file, as radio=radio.key".to_owned())
 }
 
 /// What to type, for who typed nothing.

@@ -6,6 +6,7 @@ mod address;
 mod datagrams;
 mod filters;
 mod groups;
+mod guard;
 mod pace;
 mod peers;
 mod row;
@@ -26,6 +27,7 @@ const SUBJECTS: &[&[OptionSpec]] = &[
     datagrams::DATAGRAMS,
     filters::FILTERS,
     groups::GROUPS,
+    guard::GUARD,
 ];
 
 /// All options, in the order in which they are printed and explained.

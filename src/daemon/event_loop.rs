@@ -17,6 +17,7 @@ use super::notify::Notifier;
 use super::reload::{Host, Reloader};
 use super::settings::settle;
 use super::signals::Signals;
+use super::signing_time::SigningTime;
 use super::timers::Timers;
 use super::transmit::{Io, tell_of_room};
 use crate::config::{EndpointConfig, General};
@@ -73,6 +74,8 @@ pub(super) struct Daemon {
     pub(super) component_log: LogLimit,
     pub(super) notifier: Notifier,
     pub(super) unrouted_log: LogLimit,
+    pub(super) refusal_log: LogLimit,
+    pub(super) signing_time: SigningTime,
     /// Copies what is received to files, if it is to.
     pub(super) recorder: Option<Recorder>,
 }
@@ -198,6 +201,8 @@ impl Daemon {
             component_log: LogLimit::new(now),
             notifier: Notifier::from_environment(),
             unrouted_log: LogLimit::new(now),
+            refusal_log: LogLimit::new(now),
+            signing_time: SigningTime::default(),
             recorder: None,
         })
     }
@@ -224,6 +229,7 @@ impl Daemon {
         self.notifier.handle_stopping();
         self.drain(&mut events)?;
         self.report_links();
+        self.end_signing_time();
         Ok(())
     }
 
@@ -281,6 +287,7 @@ impl Daemon {
         self.handle_unsent();
         self.report_events();
         self.tell_status();
+        self.keep_signing_time();
         if let Some(recorder) = &mut self.recorder {
             recorder.end_turn();
         }

@@ -27,6 +27,7 @@ mod serial;
 mod service;
 mod settings;
 mod signals;
+mod signing_time;
 mod timers;
 mod transmit;
 mod upkeep;

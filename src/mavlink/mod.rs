@@ -11,6 +11,8 @@ mod dialect;
 mod encode;
 mod frame;
 mod id;
+mod rewrite;
+mod signing;
 mod splitter;
 mod unsigned;
 
@@ -24,6 +26,8 @@ pub use dialect::{Definition, Dialect, MAX_DEFINITIONS, Target, TooManyDefinitio
 pub use encode::{FrameSpec, encode, trimmed};
 pub use frame::{Frame, FrameError, Header, MAX_FRAME, STX_V1, STX_V2, Version, frame_len_of};
 pub use id::{Component, MessageId};
+pub use rewrite::FrameBuffer;
+pub use signing::{KEY_LEN, Key, MAX_STREAMS, Refusal, Streams, Timestamp, fuzz_signing};
 pub use splitter::{
     CheckedFrame, Cutter, Input, Splitter, SplitterStats, fuzz_splitter,
     fuzz_splitter_with_checksums,

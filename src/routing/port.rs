@@ -2,6 +2,7 @@
 
 use super::counters::{DropReason, LinkCounters};
 use super::filter::Filter;
+use super::gate::Gate;
 use super::group::{GroupId, Quality};
 use super::options::{Capacity, LinkOptions};
 use super::pacer::Pacer;
@@ -26,6 +27,8 @@ pub struct Port {
     /// The same, but for what a radio says of itself.
     last_carried: Option<Time>,
     loss: PathLoss,
+    /// What frames have to pass, if the user asks for that.
+    pub(super) gate: Option<Box<Gate>>,
 }
 
 /// The longest queue of a paced link, in bytes.
@@ -52,6 +55,7 @@ impl Port {
             last_heard: None,
             last_carried: None,
             loss: PathLoss::default(),
+            gate: None,
             options,
         }
     }
@@ -89,16 +93,47 @@ impl Port {
     /// Queues a frame, or counts why not.
     #[inline]
     pub(super) fn offer(&mut self, frame: &CheckedFrame<'_>, precedence: Precedence, now: Time) {
-        let header = &frame.header;
-        if !self.filter_out.permits(header) {
+        if !self.permits_out(frame) {
             self.counters[DropReason::FilteredOut] += 1;
-        } else if !self.queue.has_room(frame.bytes.len(), precedence) {
+        } else if self.may_queue(frame, precedence, now) {
+            self.queue(frame, precedence);
+        }
+    }
+
+    /// Whether the user lets a frame out here.
+    #[inline]
+    pub(super) fn permits_out(&self, frame: &CheckedFrame<'_>) -> bool {
+        self.filter_out.permits(&frame.header)
+    }
+
+    /// Whether there is room for a frame, and it is not too soon; if not, that is counted.
+    #[inline]
+    pub(super) fn may_queue(
+        &mut self,
+        frame: &CheckedFrame<'_>,
+        precedence: Precedence,
+        now: Time,
+    ) -> bool {
+        let header = &frame.header;
+        if !self.queue.has_room(frame.bytes.len(), precedence) {
             self.counters[DropReason::QueueFull] += 1;
-        } else if !self.limiter.permit(header.source, header.id, now) {
+            return false;
+        }
+        let is_permitted = self.limiter.permit(header.source, header.id, now);
+        if !is_permitted {
             self.counters[DropReason::RateCap] += 1;
-        } else if self.queue.push(frame.bytes, precedence).is_ok() {
+        }
+        is_permitted
+    }
+
+    /// Queues a frame. If there is no room for it after all, that is counted.
+    #[inline]
+    pub(super) fn queue(&mut self, frame: &CheckedFrame<'_>, precedence: Precedence) {
+        if self.queue.push(frame.bytes, precedence).is_ok() {
             self.counters.frames_out += 1;
             self.counters.bytes_out += frame.bytes.len() as u64;
+        } else {
+            self.counters[DropReason::QueueFull] += 1;
         }
     }
 
