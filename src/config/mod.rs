@@ -54,7 +54,7 @@ pub use option_spec::{OnChange, OptionSpec};
 pub use option_table::OPTIONS;
 pub use options::{EndpointOptions, FilterOptions, FlowControl, MessageRef, PathChoice};
 pub use place::{ConfigError, ConfigProblem, Place};
-pub use record::{RecordOptions, RecordWhen, any_time, size};
+pub use record::{FlightLog, RecordOptions, RecordWhen, any_time, size};
 pub use shape::Shape;
 pub(crate) use suggest::nearest;
 pub use value::{ids, messages};
