@@ -1,5 +1,6 @@
 //! The command line, declared once: the parser, `--help`, man page and completions derive from it.
 
+mod log;
 mod routerd;
 
 use std::path::{Path, PathBuf};
@@ -14,6 +15,7 @@ use crate::config::{
 };
 use crate::routing::Learn;
 
+pub use log::{LogCommand, LogError};
 pub use routerd::{NOTHING_FOR_ROUTERD, ROUTERD, RouterdCli};
 
 /// Routes MAVLink frames between autopilot, radios, onboard programs and ground stations.
@@ -68,6 +70,9 @@ pub enum Command {
         #[arg(value_name = "FILE|DIR")]
         from: Option<PathBuf>,
     },
+    /// Work on telemetry logs: info, cut, merge, filter
+    #[command(subcommand)]
+    Log(LogCommand),
     /// Print the effective configuration, of files and command line together, as a file
     Config(Box<RouteArgs>),
 }

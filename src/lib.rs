@@ -8,6 +8,7 @@
 //! - [`link`]: the sockets and serial ports that carry the bytes; the only room with `unsafe`.
 //! - [`status`]: what is going on, as a value that can be shown.
 //! - [`config`]: what the user writes; [`cli`]: the command line itself.
+//! - [`record`]: telemetry logs: what is recorded, and what can be done with it.
 //! - [`check`]: what can be said of a configuration before it is used.
 //! - [`daemon`]: the poll loop that joins it all.
 
@@ -17,5 +18,6 @@ pub mod config;
 pub mod daemon;
 pub mod link;
 pub mod mavlink;
+pub mod record;
 pub mod routing;
 pub mod status;

@@ -14,7 +14,7 @@ use clap::{CommandFactory, Parser};
 use clap_complete::Shell;
 use mavswitch::check::{check, explain, wrong};
 use mavswitch::cli::{
-    Cli, Command, NOTHING_FOR_ROUTERD, NOTHING_TO_JOIN, RouterdCli, config_files,
+    Cli, Command, LogCommand, NOTHING_FOR_ROUTERD, NOTHING_TO_JOIN, RouterdCli, config_files,
 };
 use mavswitch::config::{
     CONFIG_DIR, Config, ConfigError, LogLevel, ROUTERD_DIR, RouterdArguments, RouterdFiles,
@@ -40,6 +40,7 @@ fn main() -> ExitCode {
         Some(Command::Ports) => print_ports(),
         Some(Command::Check { file }) => check_config(file.as_deref()),
         Some(Command::Import { from }) => import(from.as_deref()),
+        Some(Command::Log(command)) => log(command),
         Some(Command::Config(_)) => print_config(&cli),
         Some(Command::Completions { shell }) => print_completions(*shell),
         None => return start(Called::Mavswitch(Box::new(cli))),
@@ -226,6 +227,11 @@ fn print(text: &[u8]) -> Result<(), Box<dyn Error>> {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         outcome => Ok(outcome?),
     }
+}
+
+/// Does something with telemetry logs.
+fn log(command: &LogCommand) -> Result<(), Box<dyn Error>> {
+    print(command.run()?.as_bytes())
 }
 
 fn print_dialect(file: &Path) -> Result<(), Box<dyn Error>> {

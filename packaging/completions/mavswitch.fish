@@ -46,6 +46,7 @@ complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "ports" -d 'List th
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "completions" -d 'Print what a shell needs to complete command lines, for its directory of completions'
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "check" -d 'Check a configuration file, and tell what it means and what is missing; opens no endpoint'
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "import" -d 'Print what a configuration of mavlink-router means, as a file of mavswitch'
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "log" -d 'Work on telemetry logs: info, cut, merge, filter'
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "config" -d 'Print the effective configuration, of files and command line together, as a file'
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "help" -d 'Print this message or the help of the given subcommand(s)'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand dialect" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
@@ -88,6 +89,69 @@ plain\t'One line of text without the time, for another log that adds its own'"
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand import" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand import" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand import" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -f -a "info" -d 'Tell what is in a log: duration, components, messages and their rates, pauses, loss'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -f -a "cut" -d 'Make a log of a part of one'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -f -a "merge" -d 'Make one log of several, in the order of their times'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -f -a "filter" -d 'Make a log of some messages, systems or components of one'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from info" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from info" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from info" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from info" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from cut" -l from -d 'Leave out what is before: 90 or 1m30s after the start, or 2026-11-22T10:30:00 (UTC)' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from cut" -l to -d 'Leave out what is from then on' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from cut" -s o -l output -d 'The new log' -r -F
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from cut" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from cut" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from cut" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from cut" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from merge" -s o -l output -d 'The new log' -r -F
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from merge" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from merge" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from merge" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from merge" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l allow-messages -d 'Only these messages, by name or number' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l block-messages -d 'Not these messages' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l allow-systems -d 'Only what these systems sent' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l block-systems -d 'Not what these systems sent' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l allow-components -d 'Only what components with these ids sent' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l block-components -d 'Not what components with these ids sent' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l from -d 'Leave out what is before: 90 or 1m30s after the start, or 2026-11-22T10:30:00 (UTC)' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l to -d 'Leave out what is from then on' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -s o -l output -d 'The new log' -r -F
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from help" -f -a "info" -d 'Tell what is in a log: duration, components, messages and their rates, pauses, loss'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from help" -f -a "cut" -d 'Make a log of a part of one'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from help" -f -a "merge" -d 'Make one log of several, in the order of their times'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from help" -f -a "filter" -d 'Make a log of some messages, systems or components of one'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -s c -l config -d 'Read this configuration file, and not those in /etc/mavswitch' -r -F
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l learn -d 'Learn routes from every frame, or from HEARTBEAT only [default: all]' -r -f -a "all\t'Every frame that passed a full check'
 heartbeat\t'HEARTBEAT frames'"
@@ -104,10 +168,15 @@ plain\t'One line of text without the time, for another log that adds its own'"
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -s h -l help -d 'Print help (see more with \'--help\')'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "dialect" -d 'Print the messages that a definition file declares, as rows of the built-in table'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "ports" -d 'List the serial ports of this computer: what each one is, and whether you may open it'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "completions" -d 'Print what a shell needs to complete command lines, for its directory of completions'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "check" -d 'Check a configuration file, and tell what it means and what is missing; opens no endpoint'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "import" -d 'Print what a configuration of mavlink-router means, as a file of mavswitch'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "config" -d 'Print the effective configuration, of files and command line together, as a file'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log config help" -f -a "dialect" -d 'Print the messages that a definition file declares, as rows of the built-in table'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log config help" -f -a "ports" -d 'List the serial ports of this computer: what each one is, and whether you may open it'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log config help" -f -a "completions" -d 'Print what a shell needs to complete command lines, for its directory of completions'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log config help" -f -a "check" -d 'Check a configuration file, and tell what it means and what is missing; opens no endpoint'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log config help" -f -a "import" -d 'Print what a configuration of mavlink-router means, as a file of mavswitch'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log config help" -f -a "log" -d 'Work on telemetry logs: info, cut, merge, filter'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log config help" -f -a "config" -d 'Print the effective configuration, of files and command line together, as a file'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log config help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and __fish_seen_subcommand_from log" -f -a "info" -d 'Tell what is in a log: duration, components, messages and their rates, pauses, loss'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and __fish_seen_subcommand_from log" -f -a "cut" -d 'Make a log of a part of one'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and __fish_seen_subcommand_from log" -f -a "merge" -d 'Make one log of several, in the order of their times'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and __fish_seen_subcommand_from log" -f -a "filter" -d 'Make a log of some messages, systems or components of one'
