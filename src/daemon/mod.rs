@@ -13,6 +13,7 @@ mod event_loop;
 mod groups;
 mod lifecycle;
 mod links;
+mod local;
 mod log_limit;
 mod notify;
 mod open;
