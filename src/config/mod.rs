@@ -37,7 +37,7 @@ mod write;
 
 pub use address::{Address, AddressKind};
 pub use device::Device;
-pub use dialect_files::{DialectFileError, load_dialect};
+pub use dialect_files::{DialectFileError, load_dialect, load_layouts};
 pub use dialect_rows::write_rows;
 pub use difference::Difference;
 pub use endpoint::{EndpointConfig, fuzz_endpoint};
