@@ -38,7 +38,7 @@ mod write;
 
 pub use address::{Address, AddressKind};
 pub use device::Device;
-pub use dialect_files::{DialectFileError, load_dialect};
+pub use dialect_files::{DialectFileError, load_dialect, load_layouts};
 pub use dialect_rows::write_rows;
 pub use difference::Difference;
 pub use endpoint::{EndpointConfig, fuzz_endpoint};
@@ -56,7 +56,7 @@ pub use option_spec::{OnChange, OptionSpec};
 pub use option_table::OPTIONS;
 pub use options::{EndpointOptions, FilterOptions, FlowControl, MessageRef, PathChoice};
 pub use place::{ConfigError, ConfigProblem, Place};
-pub use record::{RecordOptions, RecordWhen, any_time, size};
+pub use record::{FlightLog, RecordOptions, RecordWhen, any_time, size};
 pub use shape::Shape;
 pub(crate) use suggest::nearest;
 pub use value::{ids, messages};

@@ -89,8 +89,10 @@ impl Daemon {
     ) -> Admission {
         let Endpoint { gate, membership, .. } = &self.io.endpoints[index];
         if !self.router.would_let_in(gate, *membership, frame, self.now) {
-            let reason = "what it sends is not signed with the key of `verify`, or was sent before";
-            self.refuse(index, source, reason);
+            if self.refused_strangers.is_due(source, self.now) {
+                let reason = "what it sends is not signed with the key of `verify`, or came before";
+                self.refuse(index, source, reason);
+            }
             return Admission::Refused;
         }
         self.admit_peer(index, source)

@@ -205,7 +205,7 @@ impl Router {
             Err(reason) => {
                 port.counters[reason] += 1;
                 let source = frame.header.source;
-                if reason.is_refusal() && self.signing.is_to_be_told(link, source, now) {
+                if reason.is_refusal() && self.signing.told.is_due((link, source), now) {
                     push_event(&mut self.events, RouterEvent::Refused(source, link, reason));
                 }
                 false
@@ -262,15 +262,12 @@ impl Port {
         // Out of the port for the time being, so that both can be used.
         let Some(gate) = self.gate.take() else { return };
         let (mut shaped, mut signed) = <(FrameBuffer, FrameBuffer)>::default();
-        if !self.permits_out(frame) {
-            self.counters[DropReason::FilteredOut] += 1;
+        if let Some(reason) = self.refusal(frame, precedence, now) {
+            self.counters[reason] += 1;
         } else if let Some(frame) = gate.shape(frame, &mut shaped) {
-            // A timestamp is used only for what leaves, so that no stream has gaps for nothing; and
-            // in the order of the queue (rule 42).
-            if self.may_queue(&frame, precedence, now) {
-                let frame = gate.sign(&frame, clock, now, &mut signed);
-                self.queue(&frame, precedence);
-            }
+            // In the order of the queue, so that no stream goes back (rule 42).
+            let frame = gate.sign(&frame, clock, now, &mut signed);
+            self.queue(&frame, precedence, now);
         } else {
             self.counters[DropReason::Unsignable] += 1;
         }

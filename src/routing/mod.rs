@@ -6,7 +6,9 @@
 
 mod change;
 mod counters;
+mod decision;
 mod dedup;
+mod explain;
 mod filter;
 mod fuzz;
 mod gate;
@@ -21,6 +23,7 @@ mod path_loss;
 mod port;
 mod queue;
 mod rate_limit;
+mod reminder;
 mod route_table;
 mod router;
 mod sequence;
@@ -29,6 +32,7 @@ mod time;
 
 pub use counters::{DropReason, LinkCounters};
 pub use dedup::REMEMBERED;
+pub use explain::{Explanation, Fate, Missing, Way};
 pub use filter::{Filter, FilterLists};
 pub use fuzz::fuzz_router;
 pub use gate::{GateOptions, OldFrames, Sign, Verify};
@@ -40,6 +44,7 @@ pub use options::{Capacity, LOOP_WINDOW, Learn, LinkOptions, RouterEvent, Router
 pub use port::Port;
 pub use queue::{Frames, Full, Packed, Precedence, Queue, QueueLimits, fuzz_queue};
 pub use rate_limit::RateCap;
+pub use reminder::Reminder;
 pub use route_table::{Heard, KnownComponent, MAX_COMPONENTS, MAX_HEARD, RouteTable};
 pub use router::Router;
 pub use sequence::Sequence;

@@ -93,47 +93,41 @@ impl Port {
     /// Queues a frame, or counts why not.
     #[inline]
     pub(super) fn offer(&mut self, frame: &CheckedFrame<'_>, precedence: Precedence, now: Time) {
-        if !self.permits_out(frame) {
-            self.counters[DropReason::FilteredOut] += 1;
-        } else if self.may_queue(frame, precedence, now) {
-            self.queue(frame, precedence);
+        match self.refusal(frame, precedence, now) {
+            Some(reason) => self.counters[reason] += 1,
+            None => self.queue(frame, precedence, now),
         }
     }
 
-    /// Whether the user lets a frame out here.
+    /// Queues a frame that nothing speaks against; if there is no room after all, that is counted.
     #[inline]
-    pub(super) fn permits_out(&self, frame: &CheckedFrame<'_>) -> bool {
-        self.filter_out.permits(&frame.header)
-    }
-
-    /// Whether there is room for a frame, and it is not too soon; if not, that is counted.
-    #[inline]
-    pub(super) fn may_queue(
-        &mut self,
-        frame: &CheckedFrame<'_>,
-        precedence: Precedence,
-        now: Time,
-    ) -> bool {
-        let header = &frame.header;
-        if !self.queue.has_room(frame.bytes.len(), precedence) {
-            self.counters[DropReason::QueueFull] += 1;
-            return false;
-        }
-        let is_permitted = self.limiter.permit(header.source, header.id, now);
-        if !is_permitted {
-            self.counters[DropReason::RateCap] += 1;
-        }
-        is_permitted
-    }
-
-    /// Queues a frame. If there is no room for it after all, that is counted.
-    #[inline]
-    pub(super) fn queue(&mut self, frame: &CheckedFrame<'_>, precedence: Precedence) {
+    pub(super) fn queue(&mut self, frame: &CheckedFrame<'_>, precedence: Precedence, now: Time) {
         if self.queue.push(frame.bytes, precedence).is_ok() {
+            self.limiter.count(frame.header.source, frame.header.id, now);
             self.counters.frames_out += 1;
             self.counters.bytes_out += frame.bytes.len() as u64;
         } else {
             self.counters[DropReason::QueueFull] += 1;
+        }
+    }
+
+    /// Why a frame is not queued, if it is not.
+    #[inline]
+    pub(super) fn refusal(
+        &self,
+        frame: &CheckedFrame<'_>,
+        precedence: Precedence,
+        now: Time,
+    ) -> Option<DropReason> {
+        let header = &frame.header;
+        if !self.filter_out.permits(header) {
+            Some(DropReason::FilteredOut)
+        } else if !self.queue.has_room(frame.bytes.len(), precedence) {
+            Some(DropReason::QueueFull)
+        } else if !self.limiter.permits(header.source, header.id, now) {
+            Some(DropReason::RateCap)
+        } else {
+            None
         }
     }
 

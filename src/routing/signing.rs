@@ -1,9 +1,8 @@
 //! What the router knows of signing: the time that it signs with, the streams that it has heard
 //! with each key, and whom the log was told of.
 
-use std::time::Duration;
-
 use super::link_set::LinkId;
+use super::reminder::Reminder;
 use super::time::Time;
 use crate::mavlink::{CheckedFrame, Component, Key, Refusal, Streams, Timestamp};
 
@@ -65,19 +64,13 @@ pub(super) struct Signing {
     pub(super) clock: SigningClock,
     /// One for each key and member that was ever configured.
     heard: Vec<Heard>,
-    /// Invariant: at most [`MAX_TOLD`].
-    told: Vec<(LinkId, Component, Time)>,
+    /// Whose refused frames the log was told of.
+    pub(super) told: Reminder<(LinkId, Component)>,
 }
 
 /// The number of the streams of a key.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HeardId(usize);
-
-/// How many sources are remembered whose frames were refused.
-const MAX_TOLD: usize = 64;
-
-/// How long nothing more is told of a source whose frames are refused.
-const TOLD_AGAIN: Duration = Duration::from_secs(60);
 
 impl Signing {
     /// The streams of a key, made if they are not there.
@@ -121,24 +114,6 @@ impl Signing {
             None => Streams::default().would_accept(frame, key, local),
         }
     }
-
-    /// Whether it is time to tell of a source whose frames are refused on a link.
-    pub(super) fn is_to_be_told(&mut self, link: LinkId, source: Component, now: Time) -> bool {
-        let same = |told: &&mut (LinkId, Component, Time)| (told.0, told.1) == (link, source);
-        if let Some((_, _, at)) = self.told.iter_mut().find(same) {
-            let is_due = now.since(*at) >= TOLD_AGAIN;
-            if is_due {
-                *at = now;
-            }
-            return is_due;
-        }
-        if self.told.len() < MAX_TOLD {
-            self.told.push((link, source, now));
-        } else if let Some(oldest) = self.told.iter_mut().min_by_key(|told| told.2) {
-            *oldest = (link, source, now);
-        }
-        true
-    }
 }
 
 #[cfg(test)]
@@ -164,22 +139,5 @@ mod tests {
         assert_eq!(used, [5_001, 5_002, 5_003]);
         clock.put_forward(Timestamp::new(9_000), now);
         assert_eq!((clock.next(now), clock.used()), (Timestamp::new(9_000), Timestamp::new(9_000)));
-    }
-
-    #[test]
-    fn a_source_is_told_of_once_a_minute() {
-        let mut signing = Signing::default();
-        let link = LinkId::new(3).unwrap();
-        let mut is_told = |system, seconds: u64| {
-            signing.is_to_be_told(
-                link,
-                Component::new(system, 1),
-                Time::from_millis(seconds * 1_000),
-            )
-        };
-        assert!(is_told(1, 0) && is_told(2, 1) && !is_told(1, 59) && is_told(1, 60));
-        assert!(!is_told(1, 119));
-        assert!((3..=255).all(|system| is_told(system, 120)));
-        assert_eq!(signing.told.len(), MAX_TOLD);
     }
 }

@@ -15,6 +15,7 @@ mod connections;
 mod corruption;
 mod datagrams;
 mod faults;
+mod flight_logs;
 mod forwarding;
 mod harness;
 mod idle;
