@@ -7,6 +7,7 @@
 //!   is an argument.
 //! - [`link`]: the sockets and serial ports that carry the bytes; the only room with `unsafe`.
 //! - [`status`]: what is going on, as a value that can be shown.
+//! - [`control`]: how a running daemon is asked, and told what to do.
 //! - [`config`]: what the user writes; [`cli`]: the command line itself.
 //! - [`check`]: what can be said of a configuration before it is used.
 //! - [`daemon`]: the poll loop that joins it all.
@@ -14,6 +15,7 @@
 pub mod check;
 pub mod cli;
 pub mod config;
+pub mod control;
 pub mod daemon;
 pub mod link;
 pub mod mavlink;

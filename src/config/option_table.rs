@@ -88,6 +88,7 @@ pub const OPTIONS: &[OptionSpec] = &[
         set: |to, text| put(&mut to.options.name, value::name(text).map(Some)),
         show: |options| options.name.clone(),
     },
+    flag!("enabled", "true", "open it; if not, it waits for `mavswitch endpoint enable`", ANY, enabled),
     OptionSpec {
         name: "bind",
         value: "IP:PORT",

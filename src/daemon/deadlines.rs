@@ -17,6 +17,7 @@ impl Daemon {
                 Timer::Pace(link) => self.handle_pace(link),
                 Timer::Stall(link) => self.check_stalled(link),
                 Timer::Log(index) => self.say_last_word(index),
+                Timer::Control => self.control.handle_timeout(),
                 Timer::Notify => self.feed_watchdog(),
                 Timer::Router => {
                     self.router_deadline = None;

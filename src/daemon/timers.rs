@@ -21,6 +21,8 @@ pub(super) enum Timer {
     Stall(LinkId),
     /// Tell the service manager that the loop is alive.
     Notify,
+    /// Look after the clients of the control socket.
+    Control,
     /// Write the line of an endpoint that had to wait.
     Log(EndpointId),
     /// [`crate::routing::Router::handle_timeout`].
