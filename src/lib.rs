@@ -9,6 +9,7 @@
 //! - [`status`]: what is going on, as a value that can be shown.
 //! - [`control`]: how a running daemon is asked, and told what to do.
 //! - [`config`]: what the user writes; [`cli`]: the command line itself.
+//! - [`record`]: telemetry logs: what is recorded, and what can be done with it.
 //! - [`check`]: what can be said of a configuration before it is used.
 //! - [`daemon`]: the poll loop that joins it all.
 
@@ -19,5 +20,6 @@ pub mod control;
 pub mod daemon;
 pub mod link;
 pub mod mavlink;
+pub mod record;
 pub mod routing;
 pub mod status;

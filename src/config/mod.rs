@@ -57,3 +57,4 @@ pub use options::{EndpointOptions, FilterOptions, FlowControl, MessageRef, PathC
 pub use place::{ConfigError, ConfigProblem, Place};
 pub use shape::Shape;
 pub(crate) use suggest::nearest;
+pub use value::{ids, messages};

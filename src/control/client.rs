@@ -27,7 +27,9 @@ pub enum ClientError {
     #[error("the daemon has closed the connection (it ended, or nothing was read for too long)")]
     Closed,
     /// The daemon says nothing.
-    #[error("the daemon at {0} does not answer (is it stopped? `ps -C mavswitch -o pid,stat` tells)")]
+    #[error(
+        "the daemon at {0} does not answer (is it stopped? `ps -C mavswitch -o pid,stat` tells)"
+    )]
     Silent(PathBuf),
     /// The connection broke.
     #[error("the connection to the daemon broke: {0}")]

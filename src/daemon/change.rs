@@ -143,7 +143,9 @@ impl Daemon {
         let endpoint = &mut self.io.endpoints[index];
         let options = &endpoint.config.options;
         let patience = options.stall_timeout;
-        let begins_anew = options.enabled && options.retry != before.retry && matches!(endpoint.state, State::Waiting);
+        let begins_anew = options.enabled
+            && options.retry != before.retry
+            && matches!(endpoint.state, State::Waiting);
         if options.retry != before.retry {
             endpoint.backoff = Backoff::up_to(options.retry);
         }

@@ -11,9 +11,9 @@ mod socket;
 use std::io;
 use std::time::Duration;
 
+use mio::Interest;
 use mio::event::Event;
 use mio::net::UnixStream;
-use mio::Interest;
 use tracing::{debug, info, warn};
 
 use self::client::{ControlClient, Input, Mode};

@@ -111,6 +111,13 @@ impl Dialect {
         self.find(&self.by_id, id_hash(id), |d| d.id == id)
     }
 
+    /// The id of the message called `name`, in capitals. The first definition counts: the user's
+    /// own, then today's.
+    pub fn id_of(&self, name: &str) -> Option<MessageId> {
+        let mut definitions = self.definitions.iter();
+        definitions.find(|definition| definition.name == name).map(|definition| definition.id)
+    }
+
     /// All definitions: the user's first, then for each id the current ones before the retired.
     pub fn definitions(&self) -> &[Definition] {
         &self.definitions

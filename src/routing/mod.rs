@@ -26,7 +26,7 @@ mod time;
 
 pub use counters::{DropReason, LinkCounters};
 pub use dedup::REMEMBERED;
-pub use filter::FilterLists;
+pub use filter::{Filter, FilterLists};
 pub use fuzz::fuzz_router;
 pub use group::{GroupId, Membership, Quality};
 pub use link_set::{LinkId, LinkSet, Links, MAX_LINKS};

@@ -127,8 +127,10 @@ fn the_protocol_and_the_routing_touch_no_system() {
 
 #[test]
 fn each_layer_uses_only_those_below_it() {
-    let rooms =
-        ["mavlink", "routing", "config", "link", "record", "status", "control", "check", "daemon", "cli"];
+    let rooms = [
+        "mavlink", "routing", "config", "link", "record", "status", "control", "check", "daemon",
+        "cli",
+    ];
     let allowed: [(&str, &[&str]); 8] = [
         ("mavlink", &["mavlink"]),
         ("routing", &["mavlink", "routing"]),
