@@ -65,6 +65,10 @@ pub(super) struct Daemon {
     pub(super) unfinished: LinkSet,
     /// When [`super::timers::Timer::Pause`] has something to do.
     pub(super) pause_timer: Option<Time>,
+    /// Links inside the program whose other side waits for room in the queues of others.
+    pub(super) held_back: LinkSet,
+    /// Where what such a link says stands until it is routed.
+    pub(super) spoken: Vec<u8>,
     /// Where a datagram of somebody unknown stands while it is looked at.
     pub(super) stranger: Vec<u8>,
     pub(super) component_log: LogLimit,
@@ -196,6 +200,8 @@ impl Daemon {
             accepting: Vec::new(),
             unfinished: LinkSet::EMPTY,
             pause_timer: None,
+            held_back: LinkSet::EMPTY,
+            spoken: Vec::new(),
             stranger: Vec::new(),
             component_log: LogLimit::new(now),
             notifier: Notifier::from_environment(),
@@ -241,7 +247,7 @@ impl Daemon {
     }
 
     /// How long the loop may wait.
-    fn timeout(&self) -> Option<Duration> {
+    pub(super) fn timeout(&self) -> Option<Duration> {
         if !self.ready.is_empty() {
             return Some(Duration::ZERO);
         }

@@ -11,7 +11,7 @@ use super::error::{StartError, may_pass};
 use super::event_loop::Daemon;
 use super::open::{OpenError, socket_address};
 use super::timers::Timer;
-use crate::config::Host;
+use crate::config::{Address, Host};
 use crate::link::{Stream, interface_index, tune};
 use crate::routing::LinkId;
 use tracing::debug;
@@ -48,7 +48,11 @@ impl Daemon {
             return Ok(());
         }
         let Some(host_port) = endpoint.config.address.host_port() else {
-            return self.open_serial(index);
+            return match endpoint.config.address {
+                Address::Serial { .. } => self.open_serial(index),
+                // Whoever has added it has opened it.
+                _ => Ok(()),
+            };
         };
         if let Some(address) = endpoint.addresses.get(endpoint.next_address).copied() {
             endpoint.next_address += 1;

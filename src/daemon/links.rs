@@ -3,6 +3,7 @@
 use std::net::SocketAddr;
 
 use super::endpoint_table::EndpointId;
+use super::local::LocalOutput;
 use crate::link::{Slowness, Stream};
 use crate::mavlink::Splitter;
 use crate::routing::{LinkId, MAX_LINKS, Time};
@@ -50,6 +51,8 @@ pub(super) enum Output {
     Stream(StreamOutput),
     /// Through the socket of the endpoint, to wherever that sends for this peer.
     Datagrams(SocketAddr),
+    /// To a part of the program itself.
+    Local(LocalOutput),
 }
 
 #[derive(Debug)]

@@ -14,6 +14,7 @@ mod event_loop;
 mod groups;
 mod lifecycle;
 mod links;
+mod local;
 mod log_limit;
 mod notify;
 mod open;

@@ -218,7 +218,7 @@ impl Daemon {
             let link = self.io.links.get(*id).filter(|link| link.endpoint == index);
             link.is_some_and(|link| match &link.output {
                 Output::Stream(output) => output.read_closed,
-                Output::Datagrams(_) => false,
+                Output::Datagrams(_) | Output::Local(_) => false,
             })
         };
         *count >= usize::from(endpoint.options().max_peers) && self.ready.iter().any(is_ending)
@@ -281,6 +281,7 @@ impl Daemon {
         let heard = self.keep_counts(id, &link);
         self.router.remove_link(id);
         self.unfinished.remove(id);
+        self.held_back.remove(id);
         self.ready.retain(|ready| *ready != Ready::Link(id));
         if let Output::Stream(output) = &mut link.output {
             // Closing it would do; this keeps the system from telling of it once more.

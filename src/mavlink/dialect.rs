@@ -226,6 +226,21 @@ mod tests {
     }
 
     #[test]
+    fn the_table_says_what_its_source_says() {
+        for (line, built_in) in include_str!("messages.tsv").lines().skip(1).zip(BUILTIN) {
+            let mut fields = line.split('\t');
+            let mut number = || fields.next().unwrap().parse::<i32>();
+            let (id, extra) = (number().unwrap() as u32, number().unwrap() as u8);
+            let name = line.split('\t').nth(2).unwrap();
+            let [base, max, system, component] =
+                [3, 4, 5, 6].map(|at| line.split('\t').nth(at).unwrap().parse::<i16>().unwrap());
+            let read = row(id, extra, name, base as u16, max as u16, system, component);
+            assert_eq!(&read, built_in, "{line}");
+        }
+        assert_eq!(include_str!("messages.tsv").lines().count(), 1 + BUILTIN.len());
+    }
+
+    #[test]
     fn rule_25_an_id_alone_means_what_it_means_today() {
         let dialect = Dialect::builtin();
         let name = |id| dialect.by_id(MessageId(id)).map(|d| d.name.as_ref());

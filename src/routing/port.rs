@@ -9,7 +9,7 @@ use super::path_loss::PathLoss;
 use super::queue::{Frames, Precedence, Queue, QueueLimits};
 use super::rate_limit::RateLimiter;
 use super::time::Time;
-use crate::mavlink::{CheckedFrame, MessageId};
+use crate::mavlink::{CheckedFrame, MAX_FRAME, MessageId};
 
 /// A link, as the router knows it.
 pub struct Port {
@@ -171,6 +171,11 @@ impl Port {
         if let Some(pacer) = &mut self.pacer {
             pacer.consume(count);
         }
+    }
+
+    /// Whether a frame of any length would be taken now.
+    pub fn has_room(&self, precedence: Precedence) -> bool {
+        self.queue.has_room(MAX_FRAME, precedence)
     }
 
     /// How many bytes wait.
