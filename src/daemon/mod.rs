@@ -5,6 +5,7 @@
 //! (a bounded amount of each link), timers, flush, close what broke, log.
 
 mod change;
+mod control;
 mod deadlines;
 mod endpoint;
 mod endpoint_table;
@@ -28,6 +29,7 @@ mod service;
 mod settings;
 mod signals;
 mod signing_time;
+mod snapshot;
 mod timers;
 mod transmit;
 mod upkeep;
