@@ -1,7 +1,6 @@
 # Print an optspec for argparse to handle cmd's options that are independent of any subcommand.
 function __fish_mavswitch_global_optspecs
-    string join \n c/config= learn= strict= route-age= sniffer= dialect= key= record= record-telemetry= record-when= record-max-size= record-max-time= record-min-free= record-max-files= flight-log= flight-log-system= v/verbose q/quiet log-format= h/help V/version
-    string join \n c/config= learn= strict= route-age= sniffer= dialect= control= record= record-telemetry= record-when= record-max-size= record-max-time= record-min-free= record-max-files= flight-log= flight-log-system= v/verbose q/quiet log-format= h/help V/version
+    string join \n c/config= learn= strict= route-age= sniffer= dialect= key= control= record= record-telemetry= record-when= record-max-size= record-max-time= record-min-free= record-max-files= flight-log= flight-log-system= v/verbose q/quiet log-format= h/help V/version
 end
 
 function __fish_mavswitch_needs_command
