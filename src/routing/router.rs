@@ -13,6 +13,7 @@ use super::options::{LinkOptions, RouterEvent, RouterOptions};
 use super::port::Port;
 use super::queue::Precedence;
 use super::route_table::RouteTable;
+use super::tap::Tap;
 use super::time::Time;
 use crate::mavlink::{CheckedFrame, MessageId};
 
@@ -30,6 +31,8 @@ pub struct Router {
     pub(super) sniffers: LinkSet,
     pub(super) has_sniffers: bool,
     pub(super) dedup: Dedup,
+    /// Copies for those who look on.
+    pub(super) tap: Tap,
     /// Links that got something since they were last asked for.
     pub(super) dirty: LinkSet,
     /// Links whose queues are filling.
@@ -56,6 +59,7 @@ impl Router {
             sniffers: LinkSet::EMPTY,
             has_sniffers: options.sniffer.is_some(),
             dedup: Dedup::new(),
+            tap: Tap::default(),
             dirty: LinkSet::EMPTY,
             filling: LinkSet::EMPTY,
             has_filling: false,
@@ -108,24 +112,42 @@ impl Router {
     /// Does nothing if there is no such link.
     #[inline]
     pub fn handle(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) {
+        if self.tap.is_open() {
+            return self.handle_watched(link, frame, now);
+        }
+        // Whether it was dropped has been counted.
+        let _ = self.pass(link, frame, now);
+    }
+
+    /// The same; says where the frame went, or tried to go, or why it went no further.
+    #[inline]
+    pub(super) fn pass(
+        &mut self,
+        link: LinkId,
+        frame: &CheckedFrame<'_>,
+        now: Time,
+    ) -> Result<LinkSet, DropReason> {
         let Some(Some(port)) = self.ports.get_mut(link.index()) else {
-            return;
+            return Ok(LinkSet::EMPTY);
         };
         port.counters.frames_in += 1;
         port.counters.bytes_in += frame.bytes.len() as u64;
         if !port.takes(frame) {
             port.counters[DropReason::FilteredIn] += 1;
-            return self.handle_filtered(link, frame, now);
+            self.handle_filtered(link, frame, now);
+            return Err(DropReason::FilteredIn);
         }
         let arrival = self.arrival(link, frame, now);
         self.learn(link, frame, arrival, now);
         if arrival == Arrival::Copy {
-            return self.count_drop(link, DropReason::Duplicate);
+            self.count_drop(link, DropReason::Duplicate);
+            return Err(DropReason::Duplicate);
         }
         let destinations = self.destinations(link, frame, now);
         if !destinations.is_empty() {
             self.deliver(frame, destinations, now);
         }
+        Ok(destinations)
     }
 
     /// Where a frame from `link` goes, whether or not there is room.
