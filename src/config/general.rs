@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use clap::ValueEnum;
 
+use super::control_place::ControlPlace;
 use super::shape::Shape;
 use super::value::{self, FOREVER};
 use crate::routing::{Learn, RouterOptions};
@@ -20,6 +21,8 @@ pub struct General {
     pub log_format: LogFormat,
     /// What to log.
     pub log_level: LogLevel,
+    /// Where the control socket is.
+    pub control: ControlPlace,
 }
 
 /// How log lines look.
@@ -156,7 +159,31 @@ pub const GENERAL: &[GeneralSpec] = &[
         set: |to, words| put(&mut to.log_level, words.first().and_then(|word| choice(word))),
         show: |general| show_choice(&general.log_level),
     },
+    GeneralSpec {
+        name: "control",
+        shape: Shape::Text,
+        expects: "an absolute path, or off",
+        help: "the control socket, by which `mavswitch status` and others ask; off: none",
+        default: None,
+        is_reloaded: false,
+        set: |to, words| {
+            put(&mut to.control, words.first().and_then(|word| ControlPlace::parse(word)))
+        },
+        show: |general| general.control.show().into_iter().collect(),
+    },
 ];
+
+impl LogLevel {
+    /// The level of this name: `debug`.
+    pub fn find(name: &str) -> Option<Self> {
+        choice(name)
+    }
+
+    /// Its name.
+    pub fn name(self) -> String {
+        show_choice(&self).concat()
+    }
+}
 
 impl General {
     /// The value of a key in TOML, if it has one.

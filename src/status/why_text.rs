@@ -115,7 +115,7 @@ fn place(endpoint: &str, peer: &str) -> String {
 }
 
 /// What a reason means, and what to do about it, if there is anything to be done.
-pub fn words(reason: &str) -> (&str, &str) {
+fn words(reason: &str) -> (&str, &str) {
     match reason {
         "own_group" => ("it leads the same way as where the frame came from (one group)", ""),
         "unheard" => (
