@@ -208,6 +208,27 @@ fn a_listener_whose_reader_has_read_enough_ends() {
     assert!(status.unwrap().success());
 }
 
+#[test]
+fn on_a_terminal_an_interrupt_ends_it_and_leaves_a_clean_screen() {
+    if !is_there("tmux") {
+        return eprintln!("skipped: there is no tmux");
+    }
+    let router = Router::start(&UDP_AND_TCP);
+    let mut vehicle = router.udp("radio", VEHICLE);
+    let _gcs = router.tcp("gcs", GCS);
+    let control = router.control();
+    let (program, control) = (quoted(PROGRAM), quoted(control.to_str().expect("a path")));
+    let line = format!("{program} listen 1/1 --control {control}; echo ended with $?");
+    let terminal = Terminal::start(200, 24, &line);
+    router.log.wait_for(&["somebody listens"]);
+    vehicle.send(heartbeat(VEHICLE));
+    let screen = terminal.wait_for("mavlink_version=");
+    assert!(screen.contains("radio > gcs") && screen.contains("HEARTBEAT"), "{screen}");
+    terminal.press(&["C-c"]);
+    let screen = terminal.wait_for("ended with 0");
+    assert!(!screen.contains("panicked"), "{screen}");
+}
+
 /// A pipe with nothing in it.
 fn nothing() -> BufReader<ChildStdout> {
     let mut child = Command::new(Path::new("true")).stdout(Stdio::piped()).spawn().unwrap();
