@@ -2,7 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use super::snapshot::{ComponentStatus, EndpointState, EndpointStatus, LinkStatus, Snapshot};
+use super::snapshot::{
+    ComponentStatus, EndpointState, EndpointStatus, LinkStatus, MessageStatus, Snapshot,
+};
 
 /// Something that looks wrong.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -17,6 +19,9 @@ pub struct Finding {
 
 /// An endpoint that is silent for so long has lost its other side, in milliseconds.
 const SILENT_MS: u64 = 10_000;
+
+/// The number of the message that says who is there.
+const HEARTBEAT: u32 = 0;
 
 /// Less than this says nothing yet: frames, and bytes.
 const FEW_FRAMES: u64 = 20;
@@ -143,7 +148,8 @@ fn refusals(endpoint: &EndpointStatus, link: &LinkStatus) -> Vec<Finding> {
 /// A vehicle that nobody sees: frames come, and no heartbeat among them.
 fn no_heartbeat(snapshot: &Snapshot) -> Option<Finding> {
     let components = &snapshot.components;
-    let is_silent = !components.is_empty() && components.iter().all(|it| it.vehicle.is_none());
+    let is_heartbeat = |message: &MessageStatus| message.id == HEARTBEAT;
+    let is_silent = !snapshot.messages.is_empty() && !snapshot.messages.iter().any(is_heartbeat);
     let sources: Vec<String> =
         components.iter().take(5).map(|it| format!("{}/{}", it.system, it.component)).collect();
     let problem = format!("no HEARTBEAT has come, only other frames of {}", sources.join(", "));
@@ -228,13 +234,27 @@ mod tests {
     }
 
     #[test]
+    fn frames_without_any_heartbeat_are_found() {
+        let component = ComponentStatus { system: 1, component: 1, ..ComponentStatus::default() };
+        let message =
+            |id| MessageStatus { system: 1, component: 1, id, ..MessageStatus::default() };
+        let mut snapshot = Snapshot { components: vec![component], ..Snapshot::default() };
+        assert!(diagnose(&snapshot).is_empty(), "nothing is known of messages");
+        snapshot.messages = vec![message(30), message(33)];
+        let found = diagnose(&snapshot);
+        assert_eq!(found[0].problem, "no HEARTBEAT has come, only other frames of 1/1");
+        snapshot.messages.push(message(0));
+        assert!(diagnose(&snapshot).is_empty());
+    }
+
+    #[test]
     fn one_system_at_two_places_is_found_unless_they_are_one_way() {
         let heard =
             |name: &str| HeardStatus { endpoint: name.to_owned(), ..HeardStatus::default() };
         let component = ComponentStatus {
             system: 1,
             component: 1,
-            vehicle: Some(crate::status::Vehicle::default()),
+            vehicle: None,
             heard: vec![heard("a"), heard("b")],
         };
         let mut ways = ["a", "b"].map(|name| endpoint(name, EndpointState::Up, vec![]));
