@@ -22,8 +22,6 @@ pub struct Port {
     limiter: RateLimiter,
     /// Tells it from the link that had its number before.
     pub(super) life: u8,
-    /// Why the last frame that was offered was refused, if it was.
-    pub(super) last_refusal: Option<DropReason>,
     last_heard: Option<Time>,
     /// The same, but for what a radio says of itself.
     last_carried: Option<Time>,
@@ -51,7 +49,6 @@ impl Port {
             limiter: RateLimiter::new(caps),
             counters: LinkCounters::default(),
             life,
-            last_refusal: None,
             last_heard: None,
             last_carried: None,
             loss: PathLoss::default(),
@@ -93,8 +90,7 @@ impl Port {
     #[inline]
     pub(super) fn offer(&mut self, frame: &CheckedFrame<'_>, precedence: Precedence, now: Time) {
         let Header { source, id, .. } = frame.header;
-        self.last_refusal = self.refusal(frame, precedence, now);
-        if let Some(reason) = self.last_refusal {
+        if let Some(reason) = self.refusal(frame, precedence, now) {
             self.counters[reason] += 1;
         } else if self.queue.push(frame.bytes, precedence).is_ok() {
             self.limiter.count(source, id, now);

@@ -115,39 +115,30 @@ impl Router {
         if self.tap.is_open() {
             return self.handle_watched(link, frame, now);
         }
-        // Whether it was dropped has been counted.
-        let _ = self.pass(link, frame, now);
+        self.handle_unwatched(link, frame, now);
     }
 
-    /// The same; says where the frame went, or tried to go, or why it went no further.
+    /// The same when nobody looks on.
     #[inline]
-    pub(super) fn pass(
-        &mut self,
-        link: LinkId,
-        frame: &CheckedFrame<'_>,
-        now: Time,
-    ) -> Result<LinkSet, DropReason> {
+    pub(super) fn handle_unwatched(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) {
         let Some(Some(port)) = self.ports.get_mut(link.index()) else {
-            return Ok(LinkSet::EMPTY);
+            return;
         };
         port.counters.frames_in += 1;
         port.counters.bytes_in += frame.bytes.len() as u64;
         if !port.takes(frame) {
             port.counters[DropReason::FilteredIn] += 1;
-            self.handle_filtered(link, frame, now);
-            return Err(DropReason::FilteredIn);
+            return self.handle_filtered(link, frame, now);
         }
         let arrival = self.arrival(link, frame, now);
         self.learn(link, frame, arrival, now);
         if arrival == Arrival::Copy {
-            self.count_drop(link, DropReason::Duplicate);
-            return Err(DropReason::Duplicate);
+            return self.count_drop(link, DropReason::Duplicate);
         }
         let destinations = self.destinations(link, frame, now);
         if !destinations.is_empty() {
             self.deliver(frame, destinations, now);
         }
-        Ok(destinations)
     }
 
     /// Where a frame from `link` goes, whether or not there is room.
@@ -168,15 +159,29 @@ impl Router {
 
     #[inline]
     fn deliver(&mut self, frame: &CheckedFrame<'_>, destinations: LinkSet, now: Time) {
+        if self.tap.is_open() {
+            return self.deliver_watched(frame, destinations, now);
+        }
         let precedence = precedence(frame);
         for link in destinations.iter() {
-            let Some(Some(port)) = self.ports.get_mut(link.index()) else { continue };
-            port.offer(frame, precedence, now);
-            self.dirty.insert(link);
-            if port.is_filling() {
-                self.filling.insert(link);
-                self.has_filling = true;
-            }
+            self.deliver_to(link, frame, precedence, now);
+        }
+    }
+
+    #[inline]
+    pub(super) fn deliver_to(
+        &mut self,
+        link: LinkId,
+        frame: &CheckedFrame<'_>,
+        precedence: Precedence,
+        now: Time,
+    ) {
+        let Some(Some(port)) = self.ports.get_mut(link.index()) else { return };
+        port.offer(frame, precedence, now);
+        self.dirty.insert(link);
+        if port.is_filling() {
+            self.filling.insert(link);
+            self.has_filling = true;
         }
     }
 

@@ -4,9 +4,9 @@
 //! What does not fit is counted, and the router goes on. Nothing is allocated for a frame: the room
 //! is taken when the tap is opened, and given back when it is closed.
 
-use super::counters::DropReason;
+use super::counters::{DropReason, LinkCounters};
 use super::link_set::{LinkId, LinkSet};
-use super::router::Router;
+use super::router::{Router, precedence};
 use super::time::Time;
 use crate::mavlink::{CheckedFrame, MessageId};
 
@@ -43,6 +43,9 @@ pub struct Tap {
     sightings: Vec<Sighting>,
     bytes: Vec<u8>,
     missed: u64,
+    /// What became of the frame that is being handled.
+    sent: LinkSet,
+    refused: [Option<(LinkId, DropReason)>; REFUSALS],
 }
 
 impl Tap {
@@ -113,30 +116,47 @@ impl Router {
     #[cold]
     #[inline(never)]
     pub(super) fn handle_watched(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) {
-        let outcome = self.pass(link, frame, now);
+        let before = self.counters(link).copied().unwrap_or_default();
+        (self.tap.sent, self.tap.refused) = (LinkSet::EMPTY, [None; REFUSALS]);
+        self.handle_unwatched(link, frame, now);
         // It carries a secret key (rule 47), which is nobody's to see.
         if frame.header.id == MessageId::SETUP_SIGNING {
             return;
         }
-        let (destinations, mut dropped) = match outcome {
-            Ok(destinations) => (destinations, None),
-            Err(reason) => (LinkSet::EMPTY, Some(reason)),
-        };
-        if dropped.is_none() && destinations.is_empty() && frame.is_directed() {
-            dropped = Some(DropReason::NoRoute);
-        }
-        let mut sent = destinations;
-        let mut refused = [None; REFUSALS];
-        let mut places = refused.iter_mut();
-        for link in destinations.iter() {
-            let Some(reason) = self.port(link).and_then(|port| port.last_refusal) else { continue };
-            sent.remove(link);
-            if let Some(place) = places.next() {
-                *place = Some((link, reason));
-            }
-        }
+        let Tap { sent, refused, .. } = self.tap;
+        let has_gone = !sent.is_empty() || refused[0].is_some();
+        let dropped = if has_gone { None } else { self.dropped_since(link, &before) };
         let verified = frame.verified;
         let sighting = Sighting { link, at: now, verified, dropped, sent, refused, end: 0 };
         self.tap.push(sighting, frame.bytes);
+    }
+
+    /// Delivers as always, and notes what came of it.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn deliver_watched(
+        &mut self,
+        frame: &CheckedFrame<'_>,
+        destinations: LinkSet,
+        now: Time,
+    ) {
+        let precedence = precedence(frame);
+        for link in destinations.iter() {
+            let before = self.counters(link).copied().unwrap_or_default();
+            self.deliver_to(link, frame, precedence, now);
+            match self.dropped_since(link, &before) {
+                None => self.tap.sent.insert(link),
+                Some(reason) => {
+                    let free = self.tap.refused.iter_mut().find(|place| place.is_none());
+                    free.into_iter().for_each(|place| *place = Some((link, reason)));
+                }
+            }
+        }
+    }
+
+    /// For which reason a frame was dropped that counts on this link.
+    fn dropped_since(&self, link: LinkId, before: &LinkCounters) -> Option<DropReason> {
+        let after = self.counters(link)?;
+        DropReason::ALL.into_iter().find(|reason| after[*reason] > before[*reason])
     }
 }
