@@ -2,6 +2,7 @@
 
 mod ask;
 mod log;
+mod record;
 mod routerd;
 mod watch;
 
@@ -19,6 +20,7 @@ use crate::routing::Learn;
 
 pub use ask::{AskArgs, AskError, EndpointCommand, LogLevelArgs, StatusArgs};
 pub use log::{LogCommand, LogError};
+pub use record::RecordArgs;
 pub use routerd::{NOTHING_FOR_ROUTERD, ROUTERD, RouterdCli};
 pub use watch::{ListenArgs, WhyArgs};
 
@@ -148,6 +150,9 @@ pub struct RouteArgs {
     /// $XDG_RUNTIME_DIR/mavswitch, or for root in /run/mavswitch.
     #[arg(long, value_name = "PATH|off", value_parser = control_place)]
     pub control: Option<ControlPlace>,
+    /// What to record.
+    #[command(flatten)]
+    pub record: RecordArgs,
 }
 
 /// What to log, and how.
@@ -225,6 +230,7 @@ impl RouteArgs {
         if let Some(place) = &self.control {
             config.general.control = place.clone();
         }
+        self.record.apply_to(&mut config.general.record);
         config.add(&self.endpoints)
     }
 }

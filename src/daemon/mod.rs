@@ -21,6 +21,7 @@ mod open;
 mod peers;
 mod plan;
 mod receive;
+mod record;
 mod reload;
 mod report;
 mod serial;

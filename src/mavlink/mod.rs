@@ -13,6 +13,7 @@ mod fields;
 mod frame;
 mod id;
 mod splitter;
+mod unsigned;
 
 pub use checker::{Checker, Evidence, Sighting, Verdict};
 pub use crc::{Crc, implied_extra};
@@ -29,3 +30,4 @@ pub use splitter::{
     CheckedFrame, Cutter, Input, Splitter, SplitterStats, fuzz_splitter,
     fuzz_splitter_with_checksums,
 };
+pub use unsigned::unsigned;

@@ -115,13 +115,18 @@ impl Router {
     /// Takes a frame as always, and keeps a copy of it.
     #[cold]
     #[inline(never)]
-    pub(super) fn handle_watched(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) {
+    pub(super) fn handle_watched(
+        &mut self,
+        link: LinkId,
+        frame: &CheckedFrame<'_>,
+        now: Time,
+    ) -> bool {
         let before = self.counters(link).copied().unwrap_or_default();
         (self.tap.sent, self.tap.refused) = (LinkSet::EMPTY, [None; REFUSALS]);
-        self.handle_unwatched(link, frame, now);
+        let is_taken = self.handle_unwatched(link, frame, now);
         // It carries a secret key (rule 47), which is nobody's to see.
         if frame.header.id == MessageId::SETUP_SIGNING {
-            return;
+            return is_taken;
         }
         let Tap { sent, refused, .. } = self.tap;
         let has_gone = !sent.is_empty() || refused[0].is_some();
@@ -129,6 +134,7 @@ impl Router {
         let verified = frame.verified;
         let sighting = Sighting { link, at: now, verified, dropped, sent, refused, end: 0 };
         self.tap.push(sighting, frame.bytes);
+        is_taken
     }
 
     /// Delivers as always, and notes what came of it.

@@ -102,7 +102,7 @@ impl Daemon {
         let name = |link: LinkId| self.endpoint_name(link).to_owned();
         let refused = sighting.refused.iter().flatten();
         SeenFrame {
-            time_us: self.wall_clock(sighting.at),
+            time_us: self.since_1970(sighting.at),
             endpoint: name(sighting.link),
             // Below the number of links that there may be.
             link: sighting.link.index() as u16,
@@ -115,7 +115,7 @@ impl Daemon {
     }
 
     /// A time of the loop as microseconds since 1970.
-    fn wall_clock(&self, at: Time) -> u64 {
+    fn since_1970(&self, at: Time) -> u64 {
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO);
         let since = self.clock().since(at);
         u64::try_from(now.saturating_sub(since).as_micros()).unwrap_or(u64::MAX)
