@@ -55,7 +55,7 @@ pub struct LinkFate {
     /// Whether it would be sent there.
     pub is_sent: bool,
     /// Why, or why not: `broadcast`, `route`, `same_group`, `sniffer`; `own_link`, `own_group`,
-    /// `unheard`, `too_old`, `not_learned`, `others_only`, `other_path`, `loop`; or a reason of
+    /// `unheard`, `stale`, `not_learned`, `others_only`, `other_path`, `loop`; or a reason of
     /// refusal that is counted under this name, as `filtered_out` or `queue_full`.
     pub reason: String,
     /// The endpoint that brought the like just now, for `loop`.

@@ -122,7 +122,7 @@ fn words(reason: &str) -> (&str, &str) {
             "the target was never heard there",
             "does it send anything there? `mavswitch listen from=NAME` shows what comes",
         ),
-        "too_old" => (
+        "stale" => (
             "the target was heard there, but too long ago",
             "it must send something again, or set --route-age 0 to remember it for ever",
         ),
@@ -160,5 +160,67 @@ fn words(reason: &str) -> (&str, &str) {
         ),
         "rate_cap" => ("its cap on this message has let one through just now", ""),
         _ => (reason, ""),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::status::{ComponentStatus, HeardStatus};
+
+    fn link(endpoint: &str, reason: &str, is_sent: bool) -> LinkFate {
+        let (endpoint, reason) = (endpoint.to_owned(), reason.to_owned());
+        LinkFate { endpoint, reason, is_sent, ..LinkFate::default() }
+    }
+
+    fn frame(links: Vec<LinkFate>) -> FrameFate {
+        FrameFate {
+            source: "255/190".to_owned(),
+            target: "1/1".to_owned(),
+            message: "PARAM_SET".to_owned(),
+            endpoint: "gcs".to_owned(),
+            peer: "10.0.0.2:14550".to_owned(),
+            links,
+            ..FrameFate::default()
+        }
+    }
+
+    fn told(frames: Vec<FrameFate>) -> String {
+        let (from, to) = ("255/190".to_owned(), "1/1".to_owned());
+        let why = Why { from, to, from_is_known: true, to_is_known: true, frames };
+        why.to_text(&Snapshot::default())
+    }
+
+    #[test]
+    fn the_verdict_comes_first_and_then_a_line_for_each_other_link() {
+        let mut full = link("radio", "queue_full", false);
+        full.is_wanted = true;
+        let links = vec![link("gcs", "own_link", false), link("fc", "route", true), full];
+        assert_eq!(
+            told(vec![frame(links)]),
+            "255/190 -> 1/1 PARAM_SET: from gcs (10.0.0.2:14550) to fc\n  \
+               not to radio: its queue is full: the line carries less than it is sent\n      \
+                   send it less: a faster line, `rate` caps, or lists of what goes out\n"
+        );
+    }
+
+    #[test]
+    fn what_is_not_taken_at_all_is_told_where_it_comes_in() {
+        let refused = Some("filtered_in".to_owned());
+        let frame = FrameFate { refused, ..frame(vec![link("fc", "route", true)]) };
+        assert!(!frame.arrives());
+        let text = told(vec![frame]);
+        let expected = "not taken from gcs (10.0.0.2:14550): its lists of what comes in";
+        assert!(text.contains(expected) && !text.contains("to fc"), "{text}");
+    }
+
+    #[test]
+    fn of_somebody_unheard_it_is_told_who_was_heard() {
+        let heard = vec![HeardStatus { endpoint: "fc".to_owned(), ..HeardStatus::default() }];
+        let component = ComponentStatus { system: 3, component: 1, heard, vehicle: None };
+        let snapshot = Snapshot { components: vec![component], ..Snapshot::default() };
+        let why = Why { from: "1/1".to_owned(), to: "all".to_owned(), ..Why::default() };
+        let text = why.to_text(&snapshot);
+        assert!(text.starts_with("1/1 was never heard; heard were 3/1 on fc\n"), "{text}");
     }
 }

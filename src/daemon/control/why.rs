@@ -229,7 +229,7 @@ fn reason(fate: Fate) -> &'static str {
         Fate::OwnLink => "own_link",
         Fate::OwnGroup => "own_group",
         Fate::NoRoute(Missing::Unheard) => "unheard",
-        Fate::NoRoute(Missing::TooOld) => "too_old",
+        Fate::NoRoute(Missing::TooOld) => "stale",
         Fate::NoRoute(Missing::NotLearned) => "not_learned",
         Fate::NoRoute(Missing::OthersOnly) => "others_only",
         Fate::OtherPath => "other_path",
