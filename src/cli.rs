@@ -150,6 +150,7 @@ pub struct RouteArgs {
     /// $XDG_RUNTIME_DIR/mavswitch, or for root in /run/mavswitch.
     #[arg(long, value_name = "PATH|off", value_parser = control_place)]
     pub control: Option<ControlPlace>,
+
     /// What to record.
     #[command(flatten)]
     pub record: RecordArgs,
