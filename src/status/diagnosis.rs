@@ -38,7 +38,7 @@ pub fn diagnose(snapshot: &Snapshot) -> Vec<Finding> {
     let endpoints = &snapshot.endpoints;
     let mut findings: Vec<Finding> = endpoints.iter().filter_map(down).collect();
     findings.extend(endpoints.iter().flat_map(|it| it.links.iter().filter_map(|l| noise(it, l))));
-    findings.extend(endpoints.iter().filter_map(|it| nobody(it)));
+    findings.extend(endpoints.iter().filter_map(nobody));
     findings.extend(endpoints.iter().flat_map(|it| it.links.iter().filter_map(|l| silence(it, l))));
     findings.extend(endpoints.iter().flat_map(|it| it.links.iter().flat_map(|l| refusals(it, l))));
     findings.extend(no_heartbeat(snapshot));
