@@ -308,6 +308,7 @@ impl Daemon {
         self.report_events();
         self.tell_status();
         self.keep_signing_time();
+        self.tell_listeners();
         if let Some(recorder) = &mut self.recorder {
             recorder.end_turn();
         }

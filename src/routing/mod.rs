@@ -28,6 +28,7 @@ mod route_table;
 mod router;
 mod sequence;
 mod signing;
+mod tap;
 mod time;
 
 pub use counters::{DropReason, LinkCounters};
@@ -49,4 +50,5 @@ pub use route_table::{Heard, KnownComponent, MAX_COMPONENTS, MAX_HEARD, RouteTab
 pub use router::Router;
 pub use sequence::Sequence;
 pub use signing::SigningClock;
+pub use tap::{Sighting, Tap};
 pub use time::Time;
