@@ -31,6 +31,9 @@ pub(super) fn printable(text: &str) -> String {
 /// What is wrong with an endpoint's text. What each variant carries is what its message names.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub enum AddressProblem {
+    /// No file to play back.
+    #[error("no file: write it like tlog:/var/lib/mavswitch/flight.tlog")]
+    NoFile,
     /// There is no text.
     #[error("it is empty: write for example udpin:0.0.0.0:14550 or /dev/ttyACM0:57600")]
     Empty,
