@@ -138,11 +138,11 @@ mod tests {
         ("UDPINN://127.0.0.1:14550", "unknown scheme `UDPINN`: did you mean `udpin`?"),
         (
             "ttyACM0",
-            "unknown scheme `ttyACM0`: write udpin, udpout, udpbcast, mcast, tcpin, tcpout or serial",
+            "unknown scheme `ttyACM0`: write udpin, udpout, udpbcast, mcast, tcpin, tcpout, serial or tlog",
         ),
         (
             "http://10.0.0.2:80",
-            "unknown scheme `http`: write udpin, udpout, udpbcast, mcast, tcpin, tcpout or serial",
+            "unknown scheme `http`: write udpin, udpout, udpbcast, mcast, tcpin, tcpout, serial or tlog",
         ),
         ("udpout:14551", "no host: write udpout:HOST:14551"),
         ("udpbcast:", "no host: write udpbcast:HOST:14550"),

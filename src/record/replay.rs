@@ -121,8 +121,9 @@ impl Replay {
     fn due(&self) -> Option<Time> {
         let micros = self.micros()?;
         let Some((first, since)) = self.anchor else { return Some(Time::ZERO) };
-        let elapsed = Duration::from_micros(micros.saturating_sub(first));
-        Some(since + elapsed.div_f32(self.options.speed))
+        // The speed is not 0: then nothing has its time. What is too long is the end of time.
+        let elapsed = micros.saturating_sub(first) as f64 / f64::from(self.options.speed);
+        Some(since + Duration::from_micros(elapsed.round() as u64))
     }
 
     fn say(&mut self, out: &mut Vec<u8>) {
