@@ -7,6 +7,7 @@
 //!   is an argument.
 //! - [`link`]: the sockets and serial ports that carry the bytes; the only room with `unsafe`.
 //! - [`status`]: what is going on, as a value that can be shown.
+//! - [`control`]: how a running daemon is asked, and told what to do.
 //! - [`config`]: what the user writes; [`cli`]: the command line itself.
 //! - [`record`]: telemetry logs: what is recorded, and what can be done with it.
 //! - [`check`]: what can be said of a configuration before it is used.
@@ -15,6 +16,7 @@
 pub mod check;
 pub mod cli;
 pub mod config;
+pub mod control;
 pub mod daemon;
 pub mod link;
 pub mod mavlink;
