@@ -35,3 +35,4 @@ mod routing;
 mod serial;
 mod shutdown;
 mod stalled;
+mod watch;
