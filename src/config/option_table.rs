@@ -9,6 +9,7 @@ mod groups;
 mod guard;
 mod pace;
 mod peers;
+mod replay;
 mod row;
 
 use super::address::AddressKind::{self, Multicast, TcpIn, TcpOut, UdpBroadcast, UdpIn, UdpOut};
@@ -28,6 +29,7 @@ const SUBJECTS: &[&[OptionSpec]] = &[
     filters::FILTERS,
     groups::GROUPS,
     guard::GUARD,
+    replay::REPLAY,
 ];
 
 /// All options, in the order in which they are printed and explained.

@@ -1,7 +1,7 @@
 //! What every option takes, refuses, shows and defaults to.
 
 use super::*;
-use crate::config::AddressKind::Serial;
+use crate::config::AddressKind::{Serial, Tlog};
 use crate::config::{Address, EndpointConfig, EndpointOptions};
 
 /// Values at the edges of what each option takes; the second list is refused.
@@ -49,6 +49,8 @@ const EDGES: &[(&str, &[&str], &[&str])] = &[
     ("verify", &["radio"], &["", "a=b"]),
     ("allow_unsigned", &["RADIO", "27,ATTITUDE", "none"], &["", "27,", "none,27x"]),
     ("strip", &["true", "false"], &["1"]),
+    ("speed", &["0", "0.5", "1000"], &["", "-1", "1001", "fast"]),
+    ("loop", &["true", "false"], &["1"]),
 ];
 const RATES_REFUSED: &[&str] = &[
     "",
@@ -69,6 +71,7 @@ fn plain(kind: AddressKind) -> EndpointConfig {
     let address = match kind {
         Multicast => "239.0.0.1",
         Serial => "auto",
+        Tlog => "/tmp/flight.tlog",
         _ => "10.0.0.2",
     };
     let address = Address::parse(&format!("{}:{address}", kind.scheme())).unwrap();

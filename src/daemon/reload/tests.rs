@@ -167,6 +167,8 @@ const VALUES: &[(&str, &[&str])] = &[
     ("verify", &["a", "b"]),
     ("allow_unsigned", &["RADIO", "none"]),
     ("strip", &["true", "false"]),
+    ("speed", &["0.5", "2"]),
+    ("loop", &["true", "false"]),
 ];
 
 /// Addresses that open, or do not, in the same way each time.
