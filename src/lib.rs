@@ -5,6 +5,7 @@
 //! - [`mavlink`]: bytes to frames. Pure: no I/O, no clock, no allocation per frame.
 //! - [`routing`]: which link gets which frame, and the queues in between. Pure as well; the time
 //!   is an argument.
+//! - [`sim`]: vehicles that are not there, as pure as the two before.
 //! - [`link`]: the sockets and serial ports that carry the bytes; the only room with `unsafe`.
 //! - [`status`]: what is going on, as a value that can be shown.
 //! - [`config`]: what the user writes; [`cli`]: the command line itself.
@@ -20,4 +21,5 @@ pub mod link;
 pub mod mavlink;
 pub mod record;
 pub mod routing;
+pub mod sim;
 pub mod status;

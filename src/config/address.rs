@@ -9,6 +9,7 @@
 //! | `tcpin:HOST:PORT` | `tcps:`, `tcpserver:` |
 //! | `tcpout:HOST:PORT` | `tcp:`, `tcpc:`, `tcpclient:` |
 //! | `serial:DEVICE:BAUD,...` | `/dev/ttyACM0`, `/dev/ttyACM0:BAUD`, `/dev/ttyACM0,BAUD` |
+//! | `sim:` | `sim` |
 //!
 //! Schemes are read in any case and may be followed by `//`. A port left out is 14550 for UDP and
 //! 5760 for TCP, a baud rate 57600. A listener without a host listens on 0.0.0.0, which is every
@@ -50,6 +51,8 @@ pub enum Address {
         /// The baud rates to try in turn, in bits a second, 50..=20,000,000; at least one.
         bauds: Vec<u32>,
     },
+    /// Simulates vehicles. All that there is to say of them is in the options.
+    Sim,
     /// A part of the program itself, by its name. Nothing that the user writes is read as one.
     Internal(&'static str),
 }
@@ -71,6 +74,8 @@ pub enum AddressKind {
     TcpOut,
     /// [`Address::Serial`]
     Serial,
+    /// [`Address::Sim`]
+    Sim,
     /// [`Address::Internal`]
     Internal,
 }
@@ -84,6 +89,7 @@ const SCHEMES: &[(&str, AddressKind)] = &[
     ("tcpin", AddressKind::TcpIn),
     ("tcpout", AddressKind::TcpOut),
     ("serial", AddressKind::Serial),
+    ("sim", AddressKind::Sim),
     // pymavlink, MAVProxy
     ("udp", AddressKind::UdpIn),
     ("tcp", AddressKind::TcpOut),
@@ -110,6 +116,7 @@ impl AddressKind {
         Self::TcpIn,
         Self::TcpOut,
         Self::Serial,
+        Self::Sim,
     ];
 
     /// The canonical scheme: `udpin`.
@@ -122,6 +129,7 @@ impl AddressKind {
             Self::TcpIn => "tcpin",
             Self::TcpOut => "tcpout",
             Self::Serial => "serial",
+            Self::Sim => "sim",
             Self::Internal => "internal",
         }
     }
@@ -144,6 +152,7 @@ impl Address {
             Self::TcpIn(_) => AddressKind::TcpIn,
             Self::TcpOut(_) => AddressKind::TcpOut,
             Self::Serial { .. } => AddressKind::Serial,
+            Self::Sim => AddressKind::Sim,
             Self::Internal(_) => AddressKind::Internal,
         }
     }
@@ -157,7 +166,7 @@ impl Address {
             | Self::Multicast(at)
             | Self::TcpIn(at)
             | Self::TcpOut(at) => Some(at),
-            Self::Serial { .. } | Self::Internal(_) => None,
+            Self::Serial { .. } | Self::Sim | Self::Internal(_) => None,
         }
     }
 
@@ -177,6 +186,8 @@ impl Address {
             AddressKind::TcpIn => parse_listener(kind, rest, TCP_PORT).map(Self::TcpIn),
             AddressKind::TcpOut => parse_sender(kind, rest, TCP_PORT).map(Self::TcpOut),
             AddressKind::Serial => parse_serial(rest),
+            AddressKind::Sim if rest.is_empty() => Ok(Self::Sim),
+            AddressKind::Sim => Err(AddressProblem::SimHasNoPlace(rest.to_owned())),
             // No scheme means it.
             AddressKind::Internal => Err(unknown_scheme(scheme, text)),
         }
@@ -198,6 +209,7 @@ impl fmt::Display for Address {
                 let bauds: Vec<String> = bauds.iter().map(ToString::to_string).collect();
                 write!(f, "{device}:{}", bauds.join(","))
             }
+            Self::Sim => Ok(()),
             Self::Internal(name) => f.write_str(name),
         }
     }

@@ -9,6 +9,7 @@ mod groups;
 mod pace;
 mod peers;
 mod row;
+mod sim;
 
 use super::address::AddressKind::{self, Multicast, TcpIn, TcpOut, UdpBroadcast, UdpIn, UdpOut};
 use super::option_spec::OptionSpec;
@@ -26,6 +27,7 @@ const SUBJECTS: &[&[OptionSpec]] = &[
     datagrams::DATAGRAMS,
     filters::FILTERS,
     groups::GROUPS,
+    sim::SIM,
 ];
 
 /// All options, in the order in which they are printed and explained.

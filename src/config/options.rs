@@ -4,6 +4,7 @@ use std::fmt;
 use std::time::Duration;
 
 use super::host_port::HostPort;
+use crate::sim::SwarmOptions;
 
 /// The options of an endpoint; the default is what holds where nothing is written.
 ///
@@ -64,6 +65,8 @@ pub struct EndpointOptions {
     pub prefer: u8,
     /// The time within which the second copy of a frame is dropped, 1 to 1000 ms.
     pub dedup: Option<Duration>,
+    /// Which vehicles are simulated.
+    pub sim: SwarmOptions,
 }
 
 impl Default for EndpointOptions {
@@ -92,6 +95,7 @@ impl Default for EndpointOptions {
             path: PathChoice::All,
             prefer: 0,
             dedup: None,
+            sim: SwarmOptions::default(),
         }
     }
 }

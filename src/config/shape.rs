@@ -91,6 +91,8 @@ impl Shape {
                 array(words, |word| if is_digits(word) { word.into() } else { quoted(word) })
             }
             Self::Paths => array(words, quoted),
+            // A rate of no message in particular.
+            Self::Rates if is_digits(first) => first.to_owned(),
             Self::Rates => {
                 let rates = words.iter().filter_map(|word| word.split_once(':'));
                 let rates: Vec<String> =

@@ -47,6 +47,7 @@ impl Daemon {
         let Some(host_port) = endpoint.config.address.host_port() else {
             return match endpoint.config.address {
                 Address::Serial { .. } => self.open_serial(index),
+                Address::Sim => self.open_sim(index),
                 // Whoever has added it has opened it.
                 _ => Ok(()),
             };

@@ -30,4 +30,5 @@ mod ring;
 mod routing;
 mod serial;
 mod shutdown;
+mod sim;
 mod stalled;

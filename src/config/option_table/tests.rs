@@ -1,7 +1,7 @@
 //! What every option takes, refuses, shows and defaults to.
 
 use super::*;
-use crate::config::AddressKind::Serial;
+use crate::config::AddressKind::{Serial, Sim};
 use crate::config::{Address, EndpointConfig, EndpointOptions};
 
 /// Values at the edges of what each option takes; the second list is refused.
@@ -40,6 +40,9 @@ const EDGES: &[(&str, &[&str], &[&str])] = &[
     ("path", &["all", "best"], &["any"]),
     ("prefer", &["0", "255"], &["256"]),
     ("dedup", &["1", "1000", "1s", "0.5s", "2ms"], &["0", "1001", "2s", "0.4"]),
+    ("count", &["1", "250"], &["0", "251", "-1", ""]),
+    ("system", &["1", "255"], &["0", "256", ""]),
+    ("vehicle", &["copter", "plane", "rover", "boat"], &["Copter", "quad", ""]),
 ];
 const RATES_REFUSED: &[&str] = &[
     "",
@@ -60,6 +63,7 @@ fn plain(kind: AddressKind) -> EndpointConfig {
     let address = match kind {
         Multicast => "239.0.0.1",
         Serial => "auto",
+        Sim => "",
         _ => "10.0.0.2",
     };
     let address = Address::parse(&format!("{}:{address}", kind.scheme())).unwrap();

@@ -149,6 +149,9 @@ const VALUES: &[(&str, &[&str])] = &[
     ("path", &["all", "best"]),
     ("prefer", &["3", "7"]),
     ("dedup", &["100", "200"]),
+    ("count", &["1", "3"]),
+    ("system", &["1", "7"]),
+    ("vehicle", &["plane", "boat"]),
 ];
 
 /// Addresses that open, or do not, in the same way each time.
@@ -163,6 +166,7 @@ const ADDRESSES: &[&str] = &[
     "serial:/dev/absent-0:57600,38400",
     "serial:/dev/absent-0:115200",
     "serial:/dev/absent-1:57600,115200",
+    "sim:",
 ];
 
 /// Numbers as if by chance, the same for the same seed.
