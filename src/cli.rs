@@ -1,6 +1,7 @@
 //! The command line, declared once: the parser, `--help`, man page and completions derive from it.
 
 mod log;
+mod record;
 mod routerd;
 
 use std::path::{Path, PathBuf};
@@ -16,6 +17,7 @@ use crate::config::{
 use crate::routing::Learn;
 
 pub use log::{LogCommand, LogError};
+pub use record::RecordArgs;
 pub use routerd::{NOTHING_FOR_ROUTERD, ROUTERD, RouterdCli};
 
 /// Routes MAVLink frames between autopilot, radios, onboard programs and ground stations.
@@ -127,6 +129,10 @@ pub struct RouteArgs {
     /// Know the messages of this XML definition file too; may be repeated
     #[arg(long, value_name = "FILE.xml")]
     pub dialect: Vec<PathBuf>,
+
+    /// What to record.
+    #[command(flatten)]
+    pub record: RecordArgs,
 }
 
 /// What to log, and how.
@@ -201,6 +207,7 @@ impl RouteArgs {
         if !self.dialect.is_empty() {
             config.general.dialect.clone_from(&self.dialect);
         }
+        self.record.apply_to(&mut config.general.record);
         config.add(&self.endpoints)
     }
 }

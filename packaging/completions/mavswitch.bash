@@ -113,7 +113,7 @@ _mavswitch() {
 
     case "${cmd}" in
         mavswitch)
-            opts="-c -v -q -h -V --config --learn --strict --route-age --sniffer --dialect --verbose --quiet --log-format --help --version dialect ports completions check import log config help"
+            opts="-c -v -q -h -V --config --learn --strict --route-age --sniffer --dialect --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help --version dialect ports completions check import log config help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 1 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -144,6 +144,42 @@ _mavswitch() {
                     return 0
                     ;;
                 --dialect)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --record)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --record-telemetry)
+                    COMPREPLY=($(compgen -W "true false" -- "${cur}"))
+                    return 0
+                    ;;
+                --record-when)
+                    COMPREPLY=($(compgen -W "always armed" -- "${cur}"))
+                    return 0
+                    ;;
+                --record-max-size)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --record-max-time)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --record-min-free)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --record-max-files)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --flight-log)
+                    COMPREPLY=($(compgen -W "off auto ulog dataflash" -- "${cur}"))
+                    return 0
+                    ;;
+                --flight-log-system)
                     COMPREPLY=($(compgen -f "${cur}"))
                     return 0
                     ;;
@@ -195,7 +231,7 @@ _mavswitch() {
             return 0
             ;;
         mavswitch__subcmd__config)
-            opts="-c -v -q -h --config --learn --strict --route-age --sniffer --dialect --verbose --quiet --log-format --help"
+            opts="-c -v -q -h --config --learn --strict --route-age --sniffer --dialect --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -226,6 +262,42 @@ _mavswitch() {
                     return 0
                     ;;
                 --dialect)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --record)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --record-telemetry)
+                    COMPREPLY=($(compgen -W "true false" -- "${cur}"))
+                    return 0
+                    ;;
+                --record-when)
+                    COMPREPLY=($(compgen -W "always armed" -- "${cur}"))
+                    return 0
+                    ;;
+                --record-max-size)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --record-max-time)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --record-min-free)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --record-max-files)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --flight-log)
+                    COMPREPLY=($(compgen -W "off auto ulog dataflash" -- "${cur}"))
+                    return 0
+                    ;;
+                --flight-log-system)
                     COMPREPLY=($(compgen -f "${cur}"))
                     return 0
                     ;;

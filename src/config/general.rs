@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use clap::ValueEnum;
 
+use super::record::{self, RecordOptions};
 use super::shape::Shape;
 use super::value::{self, FOREVER};
 use crate::routing::{Learn, RouterOptions};
@@ -20,6 +21,8 @@ pub struct General {
     pub log_format: LogFormat,
     /// What to log.
     pub log_level: LogLevel,
+    /// What to record.
+    pub record: RecordOptions,
 }
 
 /// How log lines look.
@@ -156,6 +159,15 @@ pub const GENERAL: &[GeneralSpec] = &[
         set: |to, words| put(&mut to.log_level, words.first().and_then(|word| choice(word))),
         show: |general| show_choice(&general.log_level),
     },
+    record::RECORD,
+    record::TELEMETRY,
+    record::WHEN,
+    record::MAX_SIZE,
+    record::MAX_TIME,
+    record::MIN_FREE,
+    record::MAX_FILES,
+    record::FLIGHT_LOG,
+    record::FLIGHT_LOG_SYSTEM,
 ];
 
 impl General {
@@ -184,15 +196,15 @@ fn show_learn(learn: Learn) -> &'static str {
     }
 }
 
-fn choice<T: ValueEnum>(word: &str) -> Option<T> {
+pub(super) fn choice<T: ValueEnum>(word: &str) -> Option<T> {
     T::from_str(word, false).ok()
 }
 
-fn show_choice(value: &impl ValueEnum) -> Vec<String> {
+pub(super) fn show_choice(value: &impl ValueEnum) -> Vec<String> {
     value.to_possible_value().map(|value| value.get_name().to_owned()).into_iter().collect()
 }
 
-fn put<T>(field: &mut T, value: Option<T>) -> Option<()> {
+pub(super) fn put<T>(field: &mut T, value: Option<T>) -> Option<()> {
     *field = value?;
     Some(())
 }
@@ -219,6 +231,8 @@ mod tests {
         }
         assert_named::<LogFormat>("log_format");
         assert_named::<LogLevel>("log_level");
+        assert_named::<record::RecordWhen>("record_when");
+        assert_named::<record::FlightLog>("flight_log");
     }
 
     #[test]

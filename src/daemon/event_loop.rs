@@ -22,6 +22,7 @@ use super::transmit::{Io, tell_of_room};
 use crate::config::{EndpointConfig, General};
 use crate::link::{Inbox, Opener, Resolver};
 use crate::mavlink::{Checker, Dialect};
+use crate::record::Recorder;
 use crate::routing::{LinkId, LinkSet, Router, Time};
 
 /// What the daemon is to do.
@@ -72,6 +73,10 @@ pub(super) struct Daemon {
     pub(super) component_log: LogLimit,
     pub(super) notifier: Notifier,
     pub(super) unrouted_log: LogLimit,
+    /// Copies what is received to files, if it is to.
+    pub(super) recorder: Option<Recorder>,
+    /// The part of the program that takes flight-stack logs, if they are wanted.
+    pub(super) collector: Option<EndpointId>,
 }
 
 /// Something that has more to read.
@@ -132,9 +137,11 @@ pub fn run(config: DaemonConfig, host: Arc<dyn Host>) -> Result<(), StartError> 
     let signals = Signals::register(poll.registry(), SIGNAL).map_err(StartError::System)?;
     let mut daemon = Daemon::new(config, host, poll, signals)?;
     daemon.open_all()?;
+    daemon.start_recorder();
     info!("ready");
     daemon.tell_ready();
     daemon.work().map_err(StartError::System)?;
+    daemon.stop_recorder();
     daemon.close_serial_ports();
     Ok(())
 }
@@ -193,6 +200,8 @@ impl Daemon {
             component_log: LogLimit::new(now),
             notifier: Notifier::from_environment(),
             unrouted_log: LogLimit::new(now),
+            recorder: None,
+            collector: None,
         })
     }
 
@@ -253,7 +262,9 @@ impl Daemon {
             Err(error) if error.kind() != io::ErrorKind::Interrupted => return Err(error),
             _ => {}
         }
+        let wall = self.wall_clock();
         self.now = self.clock();
+        self.begin_record_turn(wall);
         let leftover = std::mem::take(&mut self.ready);
         let mut stop = false;
         for event in events.iter() {
@@ -273,6 +284,9 @@ impl Daemon {
         self.handle_unsent();
         self.report_events();
         self.tell_status();
+        if let Some(recorder) = &mut self.recorder {
+            recorder.end_turn();
+        }
         self.set_timers();
         Ok(stop)
     }

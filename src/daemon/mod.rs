@@ -20,6 +20,7 @@ mod open;
 mod peers;
 mod plan;
 mod receive;
+mod record;
 mod reload;
 mod report;
 mod serial;

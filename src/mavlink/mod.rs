@@ -9,9 +9,11 @@ mod crc;
 mod definitions;
 mod dialect;
 mod encode;
+mod fields;
 mod frame;
 mod id;
 mod splitter;
+mod unsigned;
 
 pub use checker::{Checker, Evidence, Sighting, Verdict};
 pub use crc::{Crc, implied_extra};
@@ -21,9 +23,11 @@ pub use definitions::{
 };
 pub use dialect::{Definition, Dialect, MAX_DEFINITIONS, Target, TooManyDefinitions};
 pub use encode::{FrameSpec, encode, trimmed};
+pub use fields::{Element, EnumNames, FieldLayout, Layouts, MessageLayout, Value, fuzz_fields};
 pub use frame::{Frame, FrameError, Header, MAX_FRAME, STX_V1, STX_V2, Version, frame_len_of};
 pub use id::{Component, MessageId};
 pub use splitter::{
     CheckedFrame, Cutter, Input, Splitter, SplitterStats, fuzz_splitter,
     fuzz_splitter_with_checksums,
 };
+pub use unsigned::unsigned;

@@ -36,6 +36,7 @@ const EDGES: &[(&str, &[&str], &[&str])] = &[
     ("block_components_out", &["1", "0,255"], &["", "256", "1,", "a"]),
     ("sniffer", &["true", "false"], &["yes"]),
     ("forward_setup_signing", &["true", "false"], &["1"]),
+    ("record", &["true", "false"], &["on"]),
     ("group", &["lte"], &[""]),
     ("path", &["all", "best"], &["any"]),
     ("prefer", &["0", "255"], &["256"]),

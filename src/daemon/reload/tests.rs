@@ -145,6 +145,7 @@ const VALUES: &[(&str, &[&str])] = &[
     ("block_components_out", &["1", "1,2"]),
     ("sniffer", &["true", "false"]),
     ("forward_setup_signing", &["true", "false"]),
+    ("record", &["true", "false"]),
     ("group", &["g", "h", "i"]),
     ("path", &["all", "best"]),
     ("prefer", &["3", "7"]),
