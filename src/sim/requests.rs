@@ -19,8 +19,8 @@ pub(super) enum Request {
     ParamRead { index: i16, name: [u8; 16] },
     ParamList,
     ParamSet { name: [u8; 16], value: f32 },
-    MissionItem { kind: MissionType, seq: u16, item: Item },
-    MissionRequest { kind: MissionType, seq: u16 },
+    MissionUpload { kind: MissionType, seq: u16, item: Item },
+    MissionPart { kind: MissionType, seq: u16 },
     MissionSetCurrent { seq: u16 },
     MissionList { kind: MissionType },
     MissionCount { kind: MissionType, count: u16 },
@@ -93,12 +93,12 @@ pub(super) fn parse(frame: &Frame<'_>) -> Option<Addressed> {
 fn mission(id: u32, fields: Fields<'_>) -> Option<Request> {
     let kind = |offset| MissionType(fields.u8(offset));
     Some(match id {
-        39 | 73 => Request::MissionItem {
+        39 | 73 => Request::MissionUpload {
             kind: kind(37),
             seq: fields.u16(28),
             item: item(fields, id == 39),
         },
-        40 | 51 => Request::MissionRequest { kind: kind(4), seq: fields.u16(0) },
+        40 | 51 => Request::MissionPart { kind: kind(4), seq: fields.u16(0) },
         41 => Request::MissionSetCurrent { seq: fields.u16(0) },
         43 => Request::MissionList { kind: kind(2) },
         44 => Request::MissionCount { kind: kind(4), count: fields.u16(0) },

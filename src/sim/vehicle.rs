@@ -113,11 +113,13 @@ impl Vehicle {
         let mission = &mut self.mission;
         let reply = match *request {
             Request::MissionList { kind } => mission.list(from, kind),
-            Request::MissionRequest { kind, seq } => mission.item(from, kind, seq),
+            Request::MissionPart { kind, seq } => mission.item(from, kind, seq),
             Request::MissionClear { kind } => mission.clear(from, kind),
             Request::MissionSetCurrent { seq } => mission.set_current(seq),
             Request::MissionCount { kind, count } => mission.begin(from, kind, count, now),
-            Request::MissionItem { kind, seq, item } => mission.receive(from, kind, seq, item, now),
+            Request::MissionUpload { kind, seq, item } => {
+                mission.receive(from, kind, seq, item, now)
+            }
             Request::MissionAck { result } => return mission.handle_ack(from, result),
             _ => return,
         };

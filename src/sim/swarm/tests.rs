@@ -146,7 +146,7 @@ fn it_flies_a_circle_of_its_radius_at_its_speed() {
         let heading = f64::from(field(fix, |it| it.u16(26))) / 100.0;
         let course = east.atan2(north).to_degrees().rem_euclid(360.0);
         let off = (course - heading).rem_euclid(360.0);
-        assert!(off < 5.0 || off > 355.0, "{course} {heading}");
+        assert!(!(5.0..=355.0).contains(&off), "{course} {heading}");
     }
     assert_eq!(field(&fixes[0], |it| (it.i32(12), it.i32(16))), (518_000, 30_000));
 }
