@@ -43,7 +43,7 @@ pub(super) const PACE: &[OptionSpec] = &[
         value: "MESSAGE:HZ[,MESSAGE:HZ...]",
         shape: Shape::Rates,
         expects: "MESSAGE:HZ with commas between, each message once, 0.001 to 1000 Hz; for sim also 1 to 100",
-        help: "send these messages, by name or number, at most so often; of sim, HZ alone: how often it tells its motion",
+        help: "send these messages, by name or number, at most so often; from sim, HZ alone: its motion",
         default: None,
         applies_to: ANY,
         needs: None,

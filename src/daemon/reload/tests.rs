@@ -167,7 +167,6 @@ const ADDRESSES: &[&str] = &[
     "serial:/dev/absent-0:57600,38400",
     "serial:/dev/absent-0:115200",
     "serial:/dev/absent-1:57600,115200",
-    "sim:",
 ];
 
 /// Numbers as if by chance, the same for the same seed.
