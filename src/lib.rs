@@ -8,6 +8,7 @@
 //! - [`sim`]: vehicles that are not there, as pure as the two before.
 //! - [`link`]: the sockets and serial ports that carry the bytes; the only room with `unsafe`.
 //! - [`status`]: what is going on, as a value that can be shown.
+//! - [`control`]: how a running daemon is asked, and told what to do.
 //! - [`config`]: what the user writes; [`cli`]: the command line itself.
 //! - [`record`]: telemetry logs: what is recorded, and what can be done with it.
 //! - [`check`]: what can be said of a configuration before it is used.
@@ -16,6 +17,7 @@
 pub mod check;
 pub mod cli;
 pub mod config;
+pub mod control;
 pub mod daemon;
 pub mod link;
 pub mod mavlink;

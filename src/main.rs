@@ -14,7 +14,8 @@ use clap::{CommandFactory, Parser};
 use clap_complete::Shell;
 use mavswitch::check::{check, explain, wrong};
 use mavswitch::cli::{
-    Cli, Command, LogCommand, NOTHING_FOR_ROUTERD, NOTHING_TO_JOIN, RouterdCli, config_files,
+    AskError, Cli, Command, LogCommand, NOTHING_FOR_ROUTERD, NOTHING_TO_JOIN, RouterdCli,
+    config_files,
 };
 use mavswitch::config::{
     CONFIG_DIR, Config, ConfigError, LogLevel, ROUTERD_DIR, RouterdArguments, RouterdFiles,
@@ -41,6 +42,9 @@ fn main() -> ExitCode {
         Some(Command::Check { file }) => check_config(file.as_deref()),
         Some(Command::Import { from }) => import(from.as_deref()),
         Some(Command::Log(command)) => log(command),
+        Some(Command::Status(args)) => answered(args.run()),
+        Some(Command::Endpoint(command)) => answered(command.run()),
+        Some(Command::LogLevel(args)) => answered(args.run()),
         Some(Command::Config(_)) => print_config(&cli),
         Some(Command::Completions { shell }) => print_completions(*shell),
         None => return start(Called::Mavswitch(Box::new(cli))),
@@ -228,6 +232,11 @@ fn print(text: &[u8]) -> Result<(), Box<dyn Error>> {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         outcome => Ok(outcome?),
     }
+}
+
+/// Prints what came of asking a daemon.
+fn answered(outcome: Result<String, AskError>) -> Result<(), Box<dyn Error>> {
+    print(outcome?.as_bytes())
 }
 
 /// Does something with telemetry logs.

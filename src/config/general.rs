@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use clap::ValueEnum;
 
+use super::control_place::ControlPlace;
 use super::record::{self, RecordOptions};
 use super::shape::Shape;
 use super::value::{self, FOREVER};
@@ -21,6 +22,8 @@ pub struct General {
     pub log_format: LogFormat,
     /// What to log.
     pub log_level: LogLevel,
+    /// Where the control socket is.
+    pub control: ControlPlace,
     /// What to record.
     pub record: RecordOptions,
 }
@@ -159,6 +162,18 @@ pub const GENERAL: &[GeneralSpec] = &[
         set: |to, words| put(&mut to.log_level, words.first().and_then(|word| choice(word))),
         show: |general| show_choice(&general.log_level),
     },
+    GeneralSpec {
+        name: "control",
+        shape: Shape::Text,
+        expects: "an absolute path, or off",
+        help: "the control socket, by which `mavswitch status` and others ask; off: none",
+        default: None,
+        is_reloaded: false,
+        set: |to, words| {
+            put(&mut to.control, words.first().and_then(|word| ControlPlace::parse(word)))
+        },
+        show: |general| general.control.show().into_iter().collect(),
+    },
     record::RECORD,
     record::TELEMETRY,
     record::WHEN,
@@ -169,6 +184,18 @@ pub const GENERAL: &[GeneralSpec] = &[
     record::FLIGHT_LOG,
     record::FLIGHT_LOG_SYSTEM,
 ];
+
+impl LogLevel {
+    /// The level of this name: `debug`.
+    pub fn find(name: &str) -> Option<Self> {
+        choice(name)
+    }
+
+    /// Its name.
+    pub fn name(self) -> String {
+        show_choice(&self).concat()
+    }
+}
 
 impl General {
     /// The value of a key in TOML, if it has one.

@@ -9,6 +9,7 @@
 //! read here is complete and in range, so nobody has to check it again.
 
 mod address;
+mod control_place;
 mod device;
 mod dialect_files;
 mod dialect_rows;
@@ -36,6 +37,7 @@ mod value;
 mod write;
 
 pub use address::{Address, AddressKind};
+pub use control_place::ControlPlace;
 pub use device::Device;
 pub use dialect_files::{DialectFileError, load_dialect, load_layouts};
 pub use dialect_rows::write_rows;

@@ -18,6 +18,7 @@ impl Daemon {
                 Timer::Stall(link) => self.check_stalled(link),
                 Timer::Local(link) => self.handle_local_deadline(link),
                 Timer::Log(index) => self.say_last_word(index),
+                Timer::Control => self.control.handle_timeout(),
                 Timer::Notify => self.feed_watchdog(),
                 Timer::Router => {
                     self.router_deadline = None;

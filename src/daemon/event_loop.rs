@@ -8,6 +8,7 @@ use mio::event::Event;
 use mio::{Events, Poll, Registry, Token, Waker};
 use tracing::info;
 
+use super::control::Control;
 use super::endpoint::State;
 use super::endpoint_table::EndpointId;
 use super::error::StartError;
@@ -43,6 +44,7 @@ pub(super) struct Daemon {
     pub(super) resolver: Resolver<EndpointId>,
     pub(super) opener: Opener<EndpointId>,
     pub(super) reloader: Reloader,
+    pub(super) control: Control,
     /// What is configured now, and what was at the start: some of it cannot change.
     pub(super) general: General,
     pub(super) started_with: General,
@@ -94,10 +96,15 @@ pub(super) enum Meaning {
     /// Whoever has this place in the table.
     Endpoint(u16),
     Link(LinkId),
+    /// The control socket, 0, or one of its clients.
+    Control(u8),
 }
 
 const SIGNAL: Token = Token(0);
 const WAKE: Token = Token(1);
+
+/// The first token behind those of endpoints and links.
+const CONTROL: usize = 1 << 20;
 
 /// How long queues may take to drain at the end.
 const LINGER: Duration = Duration::from_millis(500);
@@ -112,6 +119,7 @@ impl Meaning {
             Self::Wake => WAKE,
             Self::Endpoint(slot) => Token(2 + usize::from(*slot) * 2),
             Self::Link(link) => Token(3 + link.index() * 2),
+            Self::Control(number) => Token(CONTROL + usize::from(*number)),
         }
     }
 
@@ -119,6 +127,9 @@ impl Meaning {
         Some(match token {
             SIGNAL => Self::Signal,
             WAKE => Self::Wake,
+            Token(number) if number >= CONTROL => {
+                Self::Control(u8::try_from(number - CONTROL).ok()?)
+            }
             Token(number) if number % 2 == 0 => Self::Endpoint(u16::try_from(number / 2 - 1).ok()?),
             Token(number) => Self::Link(LinkId::new((number - 3) / 2)?),
         })
@@ -137,6 +148,7 @@ pub fn run(config: DaemonConfig, host: Arc<dyn Host>) -> Result<(), StartError> 
     let signals = Signals::register(poll.registry(), SIGNAL).map_err(StartError::System)?;
     let mut daemon = Daemon::new(config, host, poll, signals)?;
     daemon.open_all()?;
+    daemon.open_control();
     daemon.start_recorder();
     info!("ready");
     daemon.tell_ready();
@@ -180,6 +192,7 @@ impl Daemon {
             resolver: Resolver::new(Arc::clone(&waker)),
             opener: Opener::new(Arc::clone(&waker)),
             reloader: Reloader::new(host, waker),
+            control: Control::closed(),
             start: Instant::now(),
             now,
             router: Router::new(general.router),
@@ -219,7 +232,7 @@ impl Daemon {
         let mut stopping = false;
         while !stopping {
             // What has changed is to be sent and told in a turn that does not wait.
-            let has_changed = self.take_over();
+            let has_changed = self.take_over() | self.serve_control();
             let timeout = if has_changed { Some(Duration::ZERO) } else { self.timeout() };
             stopping = self.turn(&mut events, timeout)?;
         }
@@ -305,6 +318,7 @@ impl Daemon {
                 }
             }
             Some(Meaning::Link(link)) => self.handle_link_event(link, event),
+            Some(Meaning::Control(number)) => self.control.handle_event(number, event),
             None => {}
         }
         false

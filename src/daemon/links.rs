@@ -17,6 +17,8 @@ pub(super) struct Link {
     pub(super) peer: String,
     /// Cuts what it sends into frames.
     pub(super) splitter: Splitter,
+    /// When it came up.
+    pub(super) since: Time,
     /// When something was last read from it; at first, when it came up.
     pub(super) last_read: Time,
     pub(super) output: Output,
@@ -33,6 +35,7 @@ impl Link {
             endpoint,
             peer,
             splitter: Splitter::new(),
+            since: now,
             last_read: now,
             output,
             pace_deadline: None,

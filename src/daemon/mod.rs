@@ -5,6 +5,7 @@
 //! (a bounded amount of each link), timers, flush, close what broke, log.
 
 mod change;
+mod control;
 mod deadlines;
 mod endpoint;
 mod endpoint_table;
@@ -27,6 +28,7 @@ mod serial;
 mod service;
 mod settings;
 mod signals;
+mod snapshot;
 mod timers;
 mod transmit;
 mod upkeep;

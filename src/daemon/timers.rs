@@ -23,6 +23,8 @@ pub(super) enum Timer {
     Local(LinkId),
     /// Tell the service manager that the loop is alive.
     Notify,
+    /// Look after the clients of the control socket.
+    Control,
     /// Write the line of an endpoint that had to wait.
     Log(EndpointId),
     /// [`crate::routing::Router::handle_timeout`].

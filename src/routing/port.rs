@@ -200,6 +200,11 @@ impl Port {
         self.queue.len()
     }
 
+    /// How many bytes may wait.
+    pub fn queue_limit(&self) -> usize {
+        self.queue.limits().total
+    }
+
     /// Whether it is time to send, before the turn is over.
     #[inline]
     pub(super) fn is_filling(&self) -> bool {

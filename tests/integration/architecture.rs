@@ -129,9 +129,10 @@ fn the_protocol_and_the_routing_touch_no_system() {
 #[test]
 fn each_layer_uses_only_those_below_it() {
     let rooms = [
-        "mavlink", "routing", "sim", "config", "link", "record", "status", "check", "daemon", "cli",
+        "mavlink", "routing", "sim", "config", "link", "record", "status", "control", "check",
+        "daemon", "cli",
     ];
-    let allowed: [(&str, &[&str]); 8] = [
+    let allowed: [(&str, &[&str]); 9] = [
         ("mavlink", &["mavlink"]),
         ("routing", &["mavlink", "routing"]),
         ("sim", &["mavlink", "routing", "sim"]),
@@ -140,6 +141,7 @@ fn each_layer_uses_only_those_below_it() {
         ("check", &["mavlink", "routing", "config", "link", "check"]),
         ("record", &["mavlink", "routing", "config", "record"]),
         ("status", &["mavlink", "routing", "config", "status"]),
+        ("control", &["mavlink", "routing", "config", "status", "control"]),
     ];
     for source in sources() {
         let Some((room, may_use)) = allowed.iter().find(|(room, _)| source.is_in(room)) else {

@@ -1,5 +1,6 @@
 //! Rows of the table of options: what the endpoint is called, and where it is.
 
+use super::row::flag;
 use super::{ANY, NETWORK, SENDERS, put};
 use crate::config::address::Address;
 use crate::config::address::AddressKind::Serial;
@@ -24,6 +25,13 @@ pub(super) const ADDRESS: &[OptionSpec] = &[
         set: |to, text| put(&mut to.options.name, value::name(text).map(Some)),
         show: |options| options.name.clone(),
     },
+    flag!(
+        "enabled",
+        "true",
+        "open it; without, it waits for `mavswitch endpoint enable`",
+        ANY,
+        enabled
+    ),
     OptionSpec {
         name: "bind",
         value: "IP:PORT",
