@@ -35,3 +35,4 @@ mod serial;
 mod shutdown;
 mod sim;
 mod stalled;
+mod watch;
