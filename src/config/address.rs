@@ -8,6 +8,7 @@
 //! | `mcast:GROUP:PORT` | |
 //! | `tcpin:HOST:PORT` | `tcps:`, `tcpserver:` |
 //! | `tcpout:HOST:PORT` | `tcp:`, `tcpc:`, `tcpclient:` |
+//! | `tlog:FILE` | |
 //! | `serial:DEVICE:BAUD,...` | `/dev/ttyACM0`, `/dev/ttyACM0:BAUD`, `/dev/ttyACM0,BAUD` |
 //! | `sim:` | `sim` |
 //!
@@ -18,6 +19,7 @@
 
 use std::fmt;
 use std::net::{IpAddr, Ipv4Addr};
+use std::path::PathBuf;
 
 use super::device::{self, Device};
 use super::error::AddressProblem;
@@ -51,6 +53,8 @@ pub enum Address {
         /// The baud rates to try in turn, in bits a second, 50..=20,000,000; at least one.
         bauds: Vec<u32>,
     },
+    /// Plays back a telemetry log.
+    Tlog(PathBuf),
     /// Simulates vehicles. All that there is to say of them is in the options.
     Sim,
     /// A part of the program itself, by its name. Nothing that the user writes is read as one.
@@ -74,6 +78,8 @@ pub enum AddressKind {
     TcpOut,
     /// [`Address::Serial`]
     Serial,
+    /// [`Address::Tlog`]
+    Tlog,
     /// [`Address::Sim`]
     Sim,
     /// [`Address::Internal`]
@@ -89,6 +95,7 @@ const SCHEMES: &[(&str, AddressKind)] = &[
     ("tcpin", AddressKind::TcpIn),
     ("tcpout", AddressKind::TcpOut),
     ("serial", AddressKind::Serial),
+    ("tlog", AddressKind::Tlog),
     ("sim", AddressKind::Sim),
     // pymavlink, MAVProxy
     ("udp", AddressKind::UdpIn),
@@ -116,6 +123,7 @@ impl AddressKind {
         Self::TcpIn,
         Self::TcpOut,
         Self::Serial,
+        Self::Tlog,
         Self::Sim,
     ];
 
@@ -129,6 +137,7 @@ impl AddressKind {
             Self::TcpIn => "tcpin",
             Self::TcpOut => "tcpout",
             Self::Serial => "serial",
+            Self::Tlog => "tlog",
             Self::Sim => "sim",
             Self::Internal => "internal",
         }
@@ -152,6 +161,7 @@ impl Address {
             Self::TcpIn(_) => AddressKind::TcpIn,
             Self::TcpOut(_) => AddressKind::TcpOut,
             Self::Serial { .. } => AddressKind::Serial,
+            Self::Tlog(_) => AddressKind::Tlog,
             Self::Sim => AddressKind::Sim,
             Self::Internal(_) => AddressKind::Internal,
         }
@@ -166,7 +176,7 @@ impl Address {
             | Self::Multicast(at)
             | Self::TcpIn(at)
             | Self::TcpOut(at) => Some(at),
-            Self::Serial { .. } | Self::Sim | Self::Internal(_) => None,
+            Self::Serial { .. } | Self::Tlog(_) | Self::Sim | Self::Internal(_) => None,
         }
     }
 
@@ -186,6 +196,8 @@ impl Address {
             AddressKind::TcpIn => parse_listener(kind, rest, TCP_PORT).map(Self::TcpIn),
             AddressKind::TcpOut => parse_sender(kind, rest, TCP_PORT).map(Self::TcpOut),
             AddressKind::Serial => parse_serial(rest),
+            // No `//` is taken off: the name may be a whole path.
+            AddressKind::Tlog => parse_tlog(text[scheme.len()..].trim_start_matches(':')),
             AddressKind::Sim if rest.is_empty() => Ok(Self::Sim),
             AddressKind::Sim => Err(AddressProblem::SimHasNoPlace(rest.to_owned())),
             // No scheme means it.
@@ -209,10 +221,19 @@ impl fmt::Display for Address {
                 let bauds: Vec<String> = bauds.iter().map(ToString::to_string).collect();
                 write!(f, "{device}:{}", bauds.join(","))
             }
+            Self::Tlog(file) => file.display().fmt(f),
             Self::Sim => Ok(()),
             Self::Internal(name) => f.write_str(name),
         }
     }
+}
+
+/// A file name that can be printed.
+fn parse_tlog(text: &str) -> Result<Address, AddressProblem> {
+    if text.is_empty() || text.contains(char::is_control) {
+        return Err(AddressProblem::NoFile);
+    }
+    Ok(Address::Tlog(text.into()))
 }
 
 fn parse_serial(text: &str) -> Result<Address, AddressProblem> {

@@ -6,8 +6,10 @@ mod address;
 mod datagrams;
 mod filters;
 mod groups;
+mod guard;
 mod pace;
 mod peers;
+mod replay;
 mod row;
 mod sim;
 
@@ -27,6 +29,8 @@ const SUBJECTS: &[&[OptionSpec]] = &[
     datagrams::DATAGRAMS,
     filters::FILTERS,
     groups::GROUPS,
+    guard::GUARD,
+    replay::REPLAY,
     sim::SIM,
 ];
 
