@@ -5,6 +5,7 @@
 //! - [`mavlink`]: bytes to frames. Pure: no I/O, no clock, no allocation per frame.
 //! - [`routing`]: which link gets which frame, and the queues in between. Pure as well; the time
 //!   is an argument.
+//! - [`sim`]: vehicles that are not there, as pure as the two before.
 //! - [`link`]: the sockets and serial ports that carry the bytes; the only room with `unsafe`.
 //! - [`status`]: what is going on, as a value that can be shown.
 //! - [`listen`]: frames as they pass, and how they look.
@@ -24,4 +25,5 @@ pub mod listen;
 pub mod mavlink;
 pub mod record;
 pub mod routing;
+pub mod sim;
 pub mod status;

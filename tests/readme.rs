@@ -45,7 +45,9 @@ fn kinds(spec: &OptionSpec) -> String {
     let without: Vec<_> = all.filter(|kind| !spec.is_for(*kind)).collect();
     match without[..] {
         [] => "any".to_owned(),
-        [AddressKind::Serial, AddressKind::Tlog] => "any but serial and tlog".to_owned(),
+        [AddressKind::Serial, AddressKind::Tlog, AddressKind::Sim] => {
+            "any but serial, tlog and sim".to_owned()
+        }
         _ => spec.applies_to.iter().map(|kind| kind.scheme()).collect::<Vec<_>>().join(", "),
     }
 }

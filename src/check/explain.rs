@@ -44,6 +44,7 @@ fn what_it_does(config: &EndpointConfig) -> String {
             format!("opens {device} at {} baud", bauds.join(" or "))
         }
         Address::Tlog(file) => format!("plays back {}", file.display()),
+        Address::Sim => format!("is {}", config.options.sim),
         Address::Internal(name) => format!("is {name}, inside the program"),
     }
 }

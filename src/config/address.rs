@@ -10,6 +10,7 @@
 //! | `tcpout:HOST:PORT` | `tcp:`, `tcpc:`, `tcpclient:` |
 //! | `tlog:FILE` | |
 //! | `serial:DEVICE:BAUD,...` | `/dev/ttyACM0`, `/dev/ttyACM0:BAUD`, `/dev/ttyACM0,BAUD` |
+//! | `sim:` | `sim` |
 //!
 //! Schemes are read in any case and may be followed by `//`. A port left out is 14550 for UDP and
 //! 5760 for TCP, a baud rate 57600. A listener without a host listens on 0.0.0.0, which is every
@@ -54,6 +55,8 @@ pub enum Address {
     },
     /// Plays back a telemetry log.
     Tlog(PathBuf),
+    /// Simulates vehicles. All that there is to say of them is in the options.
+    Sim,
     /// A part of the program itself, by its name. Nothing that the user writes is read as one.
     Internal(&'static str),
 }
@@ -77,6 +80,8 @@ pub enum AddressKind {
     Serial,
     /// [`Address::Tlog`]
     Tlog,
+    /// [`Address::Sim`]
+    Sim,
     /// [`Address::Internal`]
     Internal,
 }
@@ -91,6 +96,7 @@ const SCHEMES: &[(&str, AddressKind)] = &[
     ("tcpout", AddressKind::TcpOut),
     ("serial", AddressKind::Serial),
     ("tlog", AddressKind::Tlog),
+    ("sim", AddressKind::Sim),
     // pymavlink, MAVProxy
     ("udp", AddressKind::UdpIn),
     ("tcp", AddressKind::TcpOut),
@@ -118,6 +124,7 @@ impl AddressKind {
         Self::TcpOut,
         Self::Serial,
         Self::Tlog,
+        Self::Sim,
     ];
 
     /// The canonical scheme: `udpin`.
@@ -131,6 +138,7 @@ impl AddressKind {
             Self::TcpOut => "tcpout",
             Self::Serial => "serial",
             Self::Tlog => "tlog",
+            Self::Sim => "sim",
             Self::Internal => "internal",
         }
     }
@@ -154,6 +162,7 @@ impl Address {
             Self::TcpOut(_) => AddressKind::TcpOut,
             Self::Serial { .. } => AddressKind::Serial,
             Self::Tlog(_) => AddressKind::Tlog,
+            Self::Sim => AddressKind::Sim,
             Self::Internal(_) => AddressKind::Internal,
         }
     }
@@ -167,7 +176,7 @@ impl Address {
             | Self::Multicast(at)
             | Self::TcpIn(at)
             | Self::TcpOut(at) => Some(at),
-            Self::Serial { .. } | Self::Tlog(_) | Self::Internal(_) => None,
+            Self::Serial { .. } | Self::Tlog(_) | Self::Sim | Self::Internal(_) => None,
         }
     }
 
@@ -189,6 +198,8 @@ impl Address {
             AddressKind::Serial => parse_serial(rest),
             // No `//` is taken off: the name may be a whole path.
             AddressKind::Tlog => parse_tlog(text[scheme.len()..].trim_start_matches(':')),
+            AddressKind::Sim if rest.is_empty() => Ok(Self::Sim),
+            AddressKind::Sim => Err(AddressProblem::SimHasNoPlace(rest.to_owned())),
             // No scheme means it.
             AddressKind::Internal => Err(unknown_scheme(scheme, text)),
         }
@@ -211,6 +222,7 @@ impl fmt::Display for Address {
                 write!(f, "{device}:{}", bauds.join(","))
             }
             Self::Tlog(file) => file.display().fmt(f),
+            Self::Sim => Ok(()),
             Self::Internal(name) => f.write_str(name),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::address::Address;
 use super::endpoint::EndpointConfig;
-use super::option_spec::OnChange;
+use super::option_spec::{OnChange, OptionSpec};
 use super::option_table::OPTIONS;
 
 /// A key whose value is another one.
@@ -21,7 +21,8 @@ impl EndpointConfig {
             let is_baud = spec.name == "baudrate" && self.has_other_bauds(other);
             is_baud || spec.show(&self.options) != spec.show(&other.options)
         });
-        let options = options.map(|spec| Difference { key: spec.name, needs: spec.on_change });
+        let options =
+            options.map(|spec| Difference { key: spec.name, needs: self.on_change(spec) });
         let address = Difference { key: "address", needs: OnChange::Reopen };
         let address = (!self.is_at_same_place(other)).then_some(address);
         address.into_iter().chain(options).collect()
@@ -34,7 +35,7 @@ impl EndpointConfig {
             Address::Serial { device, .. } => device.to_string(),
             address => address.to_string(),
         };
-        for spec in OPTIONS.iter().filter(|spec| spec.on_change == OnChange::Reopen) {
+        for spec in OPTIONS.iter().filter(|spec| self.on_change(spec) == OnChange::Reopen) {
             // No value has a line feed.
             fixed.push('\n');
             fixed += &spec.show(&self.options).unwrap_or_default();
@@ -45,6 +46,15 @@ impl EndpointConfig {
     /// Whether an endpoint that is open can become `other` as it is.
     pub fn can_become(&self, other: &Self) -> bool {
         self.fixed() == other.fixed()
+    }
+
+    /// What this endpoint needs in order to have another value of an option.
+    fn on_change(&self, spec: &OptionSpec) -> OnChange {
+        match self.address {
+            // Vehicles are made with their rate.
+            Address::Sim if spec.name == "rate" => OnChange::Reopen,
+            _ => spec.on_change,
+        }
     }
 
     /// Whether both have the same address, apart from baud rates, which are an option.
@@ -92,6 +102,13 @@ mod tests {
         );
         let new = "udpout:10.0.0.3?name=gcs&rate=ATTITUDE:4";
         assert_eq!(differences(old, new), [("address", OnChange::Reopen)]);
+    }
+
+    #[test]
+    fn vehicles_are_made_with_their_rate() {
+        let reopens = [("rate", OnChange::Reopen), ("count", OnChange::Reopen)];
+        assert_eq!(differences("sim:", "sim:?rate=10&count=2"), reopens);
+        assert_eq!(differences("sim:", "sim:?name=a"), [("name", OnChange::InPlace)]);
     }
 
     #[test]

@@ -12,6 +12,7 @@ use super::option_spec::OptionSpec;
 use super::option_table::OPTIONS;
 use super::options::EndpointOptions;
 use super::query;
+use crate::sim::SwarmOptions;
 
 /// One endpoint as the user configured it.
 #[derive(Clone, PartialEq, Debug)]
@@ -23,10 +24,11 @@ pub struct EndpointConfig {
 }
 
 impl EndpointConfig {
-    /// What to call it: its `name`, else its canonical address without options.
+    /// What to call it: its `name`, else its canonical address without options, and without a colon
+    /// at the end.
     pub fn name(&self) -> String {
         let name = self.options.name.clone();
-        name.unwrap_or_else(|| self.address.to_string())
+        name.unwrap_or_else(|| self.address.to_string().trim_end_matches(':').to_owned())
     }
 
     /// Whether it leaves IPv4 to one of `others`: a server at `[::]` is for IPv4 peers, too, unless
@@ -52,6 +54,10 @@ impl EndpointConfig {
             && bauds.is_empty()
         {
             bauds.push(DEFAULT_BAUD);
+        }
+        if self.address == Address::Sim && !self.options.sim.has_ids() {
+            let SwarmOptions { system, count, .. } = self.options.sim;
+            return Err(AddressProblem::TooManySystems(system, count));
         }
         let host = self.address.host_port().map(|at| &at.host);
         match host.and_then(Host::without_zone) {
@@ -223,6 +229,10 @@ mod tests {
         ("serial:///dev/ttyAMA0?baudrate=921600", "serial:/dev/ttyAMA0:921600"),
         // Options.
         ("udpin:14550?", "udpin:0.0.0.0:14550"),
+        ("sim", "sim:"),
+        ("SIM://", "sim:"),
+        ("sim:?rate=10&count=50&system=1", "sim:?rate=10&count=50"),
+        ("sim:?vehicle=plane&rate=ATTITUDE:2", "sim:?rate=ATTITUDE:2&vehicle=plane"),
         (
             "udpout:10.0.0.2?bind=14551&name=my%20gcs",
             "udpout:10.0.0.2:14550?name=my%20gcs&bind=0.0.0.0:14551",

@@ -95,6 +95,12 @@ pub enum AddressProblem {
     /// A baud rate that is none.
     #[error("bad baud rate `{0}`: write a number of 50 to 20000000, several with commas between")]
     BadBaud(String),
+    /// Something behind the colon of `sim:`.
+    #[error("`{0}` means nothing to sim: write sim: alone, or options behind it, as sim:?count=3")]
+    SimHasNoPlace(String),
+    /// More vehicles than there are system ids from the first on: the first, and how many.
+    #[error("{1} vehicles from system {0} on end beyond 255: choose a lower system or count")]
+    TooManySystems(u8, u8),
     /// An option nobody knows, and what to write instead.
     #[error("unknown option `{0}`: {1}")]
     UnknownOption(String, String),
@@ -138,11 +144,11 @@ mod tests {
         ("UDPINN://127.0.0.1:14550", "unknown scheme `UDPINN`: did you mean `udpin`?"),
         (
             "ttyACM0",
-            "unknown scheme `ttyACM0`: write udpin, udpout, udpbcast, mcast, tcpin, tcpout, serial or tlog",
+            "unknown scheme `ttyACM0`: write udpin, udpout, udpbcast, mcast, tcpin, tcpout, serial, tlog or sim",
         ),
         (
             "http://10.0.0.2:80",
-            "unknown scheme `http`: write udpin, udpout, udpbcast, mcast, tcpin, tcpout, serial or tlog",
+            "unknown scheme `http`: write udpin, udpout, udpbcast, mcast, tcpin, tcpout, serial, tlog or sim",
         ),
         ("udpout:14551", "no host: write udpout:HOST:14551"),
         ("udpbcast:", "no host: write udpbcast:HOST:14550"),
@@ -244,7 +250,19 @@ mod tests {
         ),
         (
             "udpin:14550?rate=ATTITUDE",
-            "bad value `ATTITUDE` for option `rate`: expected MESSAGE:HZ with commas between, each message once, 0.001 to 1000 Hz",
+            "bad value `ATTITUDE` for option `rate`: expected MESSAGE:HZ with commas between, each message once, 0.001 to 1000 Hz; for sim also 1 to 100",
+        ),
+        (
+            "sim:2",
+            "`2` means nothing to sim: write sim: alone, or options behind it, as sim:?count=3",
+        ),
+        (
+            "sim:?count=7&system=250",
+            "7 vehicles from system 250 on end beyond 255: choose a lower system or count",
+        ),
+        (
+            "sim:?rate=0",
+            "bad value `0` for option `rate`: expected MESSAGE:HZ with commas between, each message once, 0.001 to 1000 Hz; for sim also 1 to 100",
         ),
         ("serial:auto?baud=57600", "unknown option `baud`: did you mean `baudrate`?"),
         ("udpin:14550?pack", "option `pack` has no value: write pack=true|false"),

@@ -11,6 +11,7 @@ mod pace;
 mod peers;
 mod replay;
 mod row;
+mod sim;
 
 use super::address::AddressKind::{self, Multicast, TcpIn, TcpOut, UdpBroadcast, UdpIn, UdpOut};
 use super::option_spec::OptionSpec;
@@ -30,6 +31,7 @@ const SUBJECTS: &[&[OptionSpec]] = &[
     groups::GROUPS,
     guard::GUARD,
     replay::REPLAY,
+    sim::SIM,
 ];
 
 /// All options, in the order in which they are printed and explained.

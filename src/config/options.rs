@@ -6,6 +6,7 @@ use std::time::Duration;
 use super::host_port::HostPort;
 use super::key_files::KeyRef;
 use crate::routing::OldFrames;
+use crate::sim::SwarmOptions;
 
 /// The options of an endpoint; the default is what holds where nothing is written.
 ///
@@ -89,6 +90,8 @@ pub struct EndpointOptions {
     pub allow_unsigned: Vec<MessageRef>,
     /// Whether frames go on without the signature that was checked.
     pub strip: bool,
+    /// Which vehicles are simulated.
+    pub sim: SwarmOptions,
 }
 
 impl Default for EndpointOptions {
@@ -128,6 +131,7 @@ impl Default for EndpointOptions {
             verify: None,
             allow_unsigned: ["RADIO_STATUS", "RADIO"].map(|it| MessageRef::Name(it.into())).into(),
             strip: false,
+            sim: SwarmOptions::default(),
         }
     }
 }

@@ -107,6 +107,8 @@ impl Shape {
                     .collect();
                 format!("{{ {} }}", files.join(", "))
             }
+            // A rate of no message in particular.
+            Self::Rates if is_digits(first) => first.to_owned(),
             Self::Rates => {
                 let rates = words.iter().filter_map(|word| word.split_once(':'));
                 let rates: Vec<String> =

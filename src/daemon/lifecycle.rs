@@ -52,6 +52,7 @@ impl Daemon {
             return match endpoint.config.address {
                 Address::Serial { .. } => self.open_serial(index),
                 Address::Tlog(_) => self.open_replay(index),
+                Address::Sim => self.open_sim(index),
                 // Whoever has added it has opened it.
                 _ => Ok(()),
             };

@@ -16,6 +16,7 @@ use super::timers::Timer;
 use crate::config::{Address, EndpointConfig, EndpointOptions};
 use crate::mavlink::{Frame, Input, MAX_FRAME, MessageId};
 use crate::routing::{FilterLists, GateOptions, LinkId, LocalPeer, Port, Precedence, Time};
+use crate::sim::Swarm;
 
 /// How much a peer may say in one turn, in bytes; what goes beyond is said in the next.
 const TURN: usize = 32 * 1_024;
@@ -91,6 +92,13 @@ impl Daemon {
         self.set_open(index, State::Up(link));
         self.ready.push(Ready::Link(link));
         Ok(link)
+    }
+
+    /// Lets the vehicles of an endpoint start.
+    pub(super) fn open_sim(&mut self, index: EndpointId) -> Result<(), OpenError> {
+        let options = self.io.endpoints[index].options().sim;
+        let swarm = Box::new(Swarm::new(options, self.now));
+        self.open_local(index, &options.to_string(), swarm).map(drop)
     }
 
     /// Adds a part of the program itself, with an endpoint that no configuration names; `None` if

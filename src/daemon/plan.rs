@@ -144,6 +144,8 @@ mod tests {
     fn what_can_change_under_its_links_stays_open() {
         let new = "udpin:0.0.0.0:1?name=a&max_peers=3";
         assert_eq!(told(&["udpin::1?name=a"], &[new]), [format!("0 becomes {new}")]);
+        let new = "sim:?name=a";
+        assert_eq!(told(&["sim:"], &[new]), [format!("0 becomes {new}")]);
         let new = "serial:/dev/ttyS1:115200";
         assert_eq!(told(&["serial:/dev/ttyS1:57600"], &[new]), [format!("0 becomes {new}")]);
     }
@@ -151,6 +153,9 @@ mod tests {
     #[test]
     fn what_cannot_is_opened_again_under_its_name() {
         let (old, new) = ("udpin::1?name=a", "udpin:0.0.0.0:2?name=a");
+        assert_eq!(told(&[old], &[new]), ["0 goes".to_owned(), format!("{new} comes for 0")]);
+        // Vehicles are made with their rate.
+        let (old, new) = ("sim:?name=a", "sim:?name=a&rate=10");
         assert_eq!(told(&[old], &[new]), ["0 goes".to_owned(), format!("{new} comes for 0")]);
         let (old, new) = ("udpout:x?bind=:1", "udpout:x:14550?bind=0.0.0.0:2");
         assert_eq!(told(&[old], &[new]), ["0 goes".to_owned(), format!("{new} comes for 0")]);

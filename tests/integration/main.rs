@@ -34,5 +34,6 @@ mod ring;
 mod routing;
 mod serial;
 mod shutdown;
+mod sim;
 mod stalled;
 mod watch;

@@ -1,10 +1,12 @@
 //! Rows of the table of options: how much is sent, and how fast.
 
 use super::{ANY, put};
+use crate::config::address::Address;
 use crate::config::option_spec::OnChange::InPlace;
 use crate::config::option_spec::OptionSpec;
 use crate::config::shape::Shape;
 use crate::config::value::{self, QUEUE_TIME};
+use crate::sim::{MAX_RATE, SwarmOptions};
 
 pub(super) const PACE: &[OptionSpec] = &[
     OptionSpec {
@@ -40,13 +42,22 @@ pub(super) const PACE: &[OptionSpec] = &[
         name: "rate",
         value: "MESSAGE:HZ[,MESSAGE:HZ...]",
         shape: Shape::Rates,
-        expects: "MESSAGE:HZ with commas between, each message once, 0.001 to 1000 Hz",
-        help: "send these messages, by name or number, at most so often",
+        expects: "MESSAGE:HZ with commas between, each message once, 0.001 to 1000 Hz; for sim also 1 to 100",
+        help: "send these messages, by name or number, at most so often; from sim, HZ alone: its motion",
         default: None,
         applies_to: ANY,
         needs: None,
         on_change: InPlace,
-        set: |to, text| put(&mut to.options.rate, value::rates(text)),
-        show: |options| value::show_rates(&options.rate),
+        set: |to, text| match to.address {
+            Address::Sim if value::is_digits(text) => {
+                put(&mut to.options.sim.rate, value::number(text, 1..=MAX_RATE))
+            }
+            _ => put(&mut to.options.rate, value::rates(text)),
+        },
+        show: |options| {
+            let rate = options.sim.rate;
+            let is_set = rate != SwarmOptions::default().rate;
+            value::show_rates(&options.rate).or_else(|| is_set.then(|| rate.to_string()))
+        },
     },
 ];

@@ -1,7 +1,7 @@
 //! What every option takes, refuses, shows and defaults to.
 
 use super::*;
-use crate::config::AddressKind::{Serial, Tlog};
+use crate::config::AddressKind::{Serial, Sim, Tlog};
 use crate::config::{Address, EndpointConfig, EndpointOptions};
 
 /// Values at the edges of what each option takes; the second list is refused.
@@ -51,6 +51,9 @@ const EDGES: &[(&str, &[&str], &[&str])] = &[
     ("strip", &["true", "false"], &["1"]),
     ("speed", &["0", "0.5", "1000"], &["", "-1", "1001", "fast"]),
     ("loop", &["true", "false"], &["1"]),
+    ("count", &["1", "250"], &["0", "251", "-1", ""]),
+    ("system", &["1", "255"], &["0", "256", ""]),
+    ("vehicle", &["copter", "plane", "rover", "boat"], &["Copter", "quad", ""]),
 ];
 const RATES_REFUSED: &[&str] = &[
     "",
@@ -72,6 +75,7 @@ fn plain(kind: AddressKind) -> EndpointConfig {
         Multicast => "239.0.0.1",
         Serial => "auto",
         Tlog => "/tmp/flight.tlog",
+        Sim => "",
         _ => "10.0.0.2",
     };
     let address = Address::parse(&format!("{}:{address}", kind.scheme())).unwrap();

@@ -169,6 +169,9 @@ const VALUES: &[(&str, &[&str])] = &[
     ("strip", &["true", "false"]),
     ("speed", &["0.5", "2"]),
     ("loop", &["true", "false"]),
+    ("count", &["1", "3"]),
+    ("system", &["1", "7"]),
+    ("vehicle", &["plane", "boat"]),
 ];
 
 /// Addresses that open, or do not, in the same way each time.
