@@ -10,6 +10,7 @@
 //! - [`config`]: what the user writes; [`cli`]: the command line itself.
 //! - [`check`]: what can be said of a configuration before it is used.
 //! - [`daemon`]: the poll loop that joins it all.
+//! - [`top`]: a live view of it, for a terminal.
 
 pub mod check;
 pub mod cli;
@@ -19,3 +20,4 @@ pub mod link;
 pub mod mavlink;
 pub mod routing;
 pub mod status;
+pub mod top;

@@ -3,8 +3,12 @@
 //! The loop fills a snapshot when somebody asks; text, JSON, metrics and the live view are made
 //! from it here. Nothing in this room reads a clock, a socket or the router.
 
+mod page;
+mod prometheus;
 mod snapshot;
 
+pub use page::PAGE;
+pub use prometheus::{MAX_COMPONENT_SERIES, Metrics, MetricsFormat};
 pub use snapshot::{
     ArmedState, ComponentStatus, Counters, EndpointState, EndpointStatus, FORMAT, HeardStatus,
     LinkStatus, MessageStatus, Program, QueueStatus, Snapshot, Vehicle,
