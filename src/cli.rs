@@ -1,19 +1,24 @@
 //! The command line, declared once: the parser, `--help`, man page and completions derive from it.
 
+mod ask;
+mod log;
 mod routerd;
 
-use std::path::{Path, PathBuf};
+use std::net::SocketAddr;
+use std::path::{self, Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
 use crate::config::{
-    self, CONFIG_DIR, Config, ConfigError, EndpointConfig, General, LogFormat, LogLevel,
-    default_files, load_config,
+    self, CONFIG_DIR, Config, ConfigError, ControlPlace, EndpointConfig, General, LogFormat,
+    LogLevel, default_files, load_config,
 };
 use crate::routing::Learn;
 
+pub use ask::{AskArgs, AskError, EndpointCommand, LogLevelArgs, StatusArgs};
+pub use log::{LogCommand, LogError};
 pub use routerd::{NOTHING_FOR_ROUTERD, ROUTERD, RouterdCli};
 
 /// Routes MAVLink frames between autopilot, radios, onboard programs and ground stations.
@@ -68,6 +73,18 @@ pub enum Command {
         #[arg(value_name = "FILE|DIR")]
         from: Option<PathBuf>,
     },
+    /// Work on telemetry logs: info, cut, merge, filter
+    #[command(subcommand)]
+    Log(LogCommand),
+    /// Tell what is going on in a running mavswitch: endpoints, links, components, messages
+    Status(StatusArgs),
+    /// Add, change, remove, enable or disable an endpoint of a running mavswitch
+    #[command(subcommand)]
+    Endpoint(EndpointCommand),
+    /// Watch what is going on in a running mavswitch, live on the terminal
+    Top(AskArgs),
+    /// Have a running mavswitch log more or less
+    LogLevel(LogLevelArgs),
     /// Print the effective configuration, of files and command line together, as a file
     Config(Box<RouteArgs>),
 }
@@ -121,6 +138,20 @@ pub struct RouteArgs {
     /// Know the messages of this XML definition file too; may be repeated
     #[arg(long, value_name = "FILE.xml")]
     pub dialect: Vec<PathBuf>,
+
+    /// Serve metrics for Prometheus, and a status page, by HTTP at this address and port
+    ///
+    /// http://127.0.0.1:9550/ is the page, /metrics the metrics, /status.json the same as JSON.
+    /// Whoever can reach the port can read them; nothing can be changed there.
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    pub metrics: Option<SocketAddr>,
+
+    /// Where to have the control socket, by which `mavswitch status` and others ask; off: nowhere
+    ///
+    /// Without it, it is in the directory that the service manager made, or else in
+    /// $XDG_RUNTIME_DIR/mavswitch, or for root in /run/mavswitch.
+    #[arg(long, value_name = "PATH|off", value_parser = control_place)]
+    pub control: Option<ControlPlace>,
 }
 
 /// What to log, and how.
@@ -195,6 +226,10 @@ impl RouteArgs {
         if !self.dialect.is_empty() {
             config.general.dialect.clone_from(&self.dialect);
         }
+        config.general.metrics = self.metrics.or(config.general.metrics);
+        if let Some(place) = &self.control {
+            config.general.control = place.clone();
+        }
         config.add(&self.endpoints)
     }
 }
@@ -214,6 +249,15 @@ impl LogArgs {
 
 fn seconds(text: &str) -> Result<Duration, String> {
     config::seconds(text).ok_or_else(|| "write a number of seconds from 0 on, as 300".to_owned())
+}
+
+fn control_place(text: &str) -> Result<ControlPlace, String> {
+    let path = match text {
+        "off" => PathBuf::from(text),
+        _ => path::absolute(text).map_err(|error| error.to_string())?,
+    };
+    let place = path.to_str().and_then(ControlPlace::parse);
+    place.ok_or_else(|| "write a path, as /run/mavswitch/control, or off".to_owned())
 }
 
 /// What to type, for who typed nothing.

@@ -14,7 +14,8 @@ use clap::{CommandFactory, Parser};
 use clap_complete::Shell;
 use mavswitch::check::{check, explain, wrong};
 use mavswitch::cli::{
-    Cli, Command, NOTHING_FOR_ROUTERD, NOTHING_TO_JOIN, RouterdCli, config_files,
+    AskError, Cli, Command, LogCommand, NOTHING_FOR_ROUTERD, NOTHING_TO_JOIN, RouterdCli,
+    config_files,
 };
 use mavswitch::config::{
     CONFIG_DIR, Config, ConfigError, LogLevel, ROUTERD_DIR, RouterdArguments, RouterdFiles,
@@ -23,6 +24,7 @@ use mavswitch::config::{
 use mavswitch::daemon::{DaemonConfig, Host, run};
 use mavswitch::link::list_ports;
 use mavswitch::mavlink::Dialect;
+use mavswitch::top::top;
 
 use crate::log::{Level, Log};
 
@@ -40,6 +42,11 @@ fn main() -> ExitCode {
         Some(Command::Ports) => print_ports(),
         Some(Command::Check { file }) => check_config(file.as_deref()),
         Some(Command::Import { from }) => import(from.as_deref()),
+        Some(Command::Log(command)) => log(command),
+        Some(Command::Status(args)) => answered(args.run()),
+        Some(Command::Endpoint(command)) => answered(command.run()),
+        Some(Command::LogLevel(args)) => answered(args.run()),
+        Some(Command::Top(ask)) => top(ask.control.as_deref()).map_err(Into::into),
         Some(Command::Config(_)) => print_config(&cli),
         Some(Command::Completions { shell }) => print_completions(*shell),
         None => return start(Called::Mavswitch(Box::new(cli))),
@@ -226,6 +233,16 @@ fn print(text: &[u8]) -> Result<(), Box<dyn Error>> {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         outcome => Ok(outcome?),
     }
+}
+
+/// Prints what came of asking a daemon.
+fn answered(outcome: Result<String, AskError>) -> Result<(), Box<dyn Error>> {
+    print(outcome?.as_bytes())
+}
+
+/// Does something with telemetry logs.
+fn log(command: &LogCommand) -> Result<(), Box<dyn Error>> {
+    print(command.run()?.as_bytes())
 }
 
 fn print_dialect(file: &Path) -> Result<(), Box<dyn Error>> {

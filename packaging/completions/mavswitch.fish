@@ -1,6 +1,6 @@
 # Print an optspec for argparse to handle cmd's options that are independent of any subcommand.
 function __fish_mavswitch_global_optspecs
-    string join \n c/config= learn= strict= route-age= sniffer= dialect= v/verbose q/quiet log-format= h/help V/version
+    string join \n c/config= learn= strict= route-age= sniffer= dialect= control= v/verbose q/quiet log-format= h/help V/version
 end
 
 function __fish_mavswitch_needs_command
@@ -32,6 +32,7 @@ false\t''"
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l route-age -d 'Forget a route that was silent for so many seconds; 0: never [default: 300]' -r
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l sniffer -d 'Send everything to the links on which this system id is heard, whoever it is for' -r
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l dialect -d 'Know the messages of this XML definition file too; may be repeated' -r -F
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -l control -d 'Where to have the control socket, by which `mavswitch status` and others ask; off: nowhere' -r
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
 text\t'One line of text for each event, with the time'
 json\t'One JSON object for each event'
@@ -46,6 +47,10 @@ complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "ports" -d 'List th
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "completions" -d 'Print what a shell needs to complete command lines, for its directory of completions'
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "check" -d 'Check a configuration file, and tell what it means and what is missing; opens no endpoint'
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "import" -d 'Print what a configuration of mavlink-router means, as a file of mavswitch'
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "log" -d 'Work on telemetry logs: info, cut, merge, filter'
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "status" -d 'Tell what is going on in a running mavswitch: endpoints, links, components, messages'
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "endpoint" -d 'Add, change, remove, enable or disable an endpoint of a running mavswitch'
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "log-level" -d 'Have a running mavswitch log more or less'
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "config" -d 'Print the effective configuration, of files and command line together, as a file'
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "help" -d 'Print this message or the help of the given subcommand(s)'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand dialect" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
@@ -88,6 +93,153 @@ plain\t'One line of text without the time, for another log that adds its own'"
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand import" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand import" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand import" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -f -a "info" -d 'Tell what is in a log: duration, components, messages and their rates, pauses, loss'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -f -a "cut" -d 'Make a log of a part of one'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -f -a "merge" -d 'Make one log of several, in the order of their times'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -f -a "filter" -d 'Make a log of some messages, systems or components of one'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from info" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from info" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from info" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from info" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from cut" -l from -d 'Leave out what is before: 90 or 1m30s after the start, or 2026-11-22T10:30:00 (UTC)' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from cut" -l to -d 'Leave out what is from then on' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from cut" -s o -l output -d 'The new log' -r -F
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from cut" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from cut" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from cut" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from cut" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from merge" -s o -l output -d 'The new log' -r -F
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from merge" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from merge" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from merge" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from merge" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l allow-messages -d 'Only these messages, by name or number' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l block-messages -d 'Not these messages' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l allow-systems -d 'Only what these systems sent' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l block-systems -d 'Not what these systems sent' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l allow-components -d 'Only what components with these ids sent' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l block-components -d 'Not what components with these ids sent' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l from -d 'Leave out what is before: 90 or 1m30s after the start, or 2026-11-22T10:30:00 (UTC)' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l to -d 'Leave out what is from then on' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -s o -l output -d 'The new log' -r -F
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from help" -f -a "info" -d 'Tell what is in a log: duration, components, messages and their rates, pauses, loss'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from help" -f -a "cut" -d 'Make a log of a part of one'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from help" -f -a "merge" -d 'Make one log of several, in the order of their times'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from help" -f -a "filter" -d 'Make a log of some messages, systems or components of one'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand status" -l control -d 'The control socket of the daemon; without it, it is looked for where daemons have it' -r -F
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand status" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand status" -l json -d 'Print one snapshot as JSON'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand status" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand status" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand status" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and not __fish_seen_subcommand_from add change remove enable disable help" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and not __fish_seen_subcommand_from add change remove enable disable help" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and not __fish_seen_subcommand_from add change remove enable disable help" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and not __fish_seen_subcommand_from add change remove enable disable help" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and not __fish_seen_subcommand_from add change remove enable disable help" -f -a "add" -d 'Join another endpoint'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and not __fish_seen_subcommand_from add change remove enable disable help" -f -a "change" -d 'Give the endpoint of the same name these settings; links stay where that is possible'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and not __fish_seen_subcommand_from add change remove enable disable help" -f -a "remove" -d 'Close an endpoint and forget it'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and not __fish_seen_subcommand_from add change remove enable disable help" -f -a "enable" -d 'Open an endpoint that was switched off'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and not __fish_seen_subcommand_from add change remove enable disable help" -f -a "disable" -d 'Close an endpoint until it is switched on again'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and not __fish_seen_subcommand_from add change remove enable disable help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from add" -l control -d 'The control socket of the daemon; without it, it is looked for where daemons have it' -r -F
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from add" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from add" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from add" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from add" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from change" -l control -d 'The control socket of the daemon; without it, it is looked for where daemons have it' -r -F
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from change" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from change" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from change" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from change" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from remove" -l control -d 'The control socket of the daemon; without it, it is looked for where daemons have it' -r -F
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from remove" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from remove" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from remove" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from remove" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from enable" -l control -d 'The control socket of the daemon; without it, it is looked for where daemons have it' -r -F
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from enable" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from enable" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from enable" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from enable" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from disable" -l control -d 'The control socket of the daemon; without it, it is looked for where daemons have it' -r -F
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from disable" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from disable" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from disable" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from disable" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from help" -f -a "add" -d 'Join another endpoint'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from help" -f -a "change" -d 'Give the endpoint of the same name these settings; links stay where that is possible'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from help" -f -a "remove" -d 'Close an endpoint and forget it'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from help" -f -a "enable" -d 'Open an endpoint that was switched off'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from help" -f -a "disable" -d 'Close an endpoint until it is switched on again'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log-level" -l control -d 'The control socket of the daemon; without it, it is looked for where daemons have it' -r -F
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log-level" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log-level" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log-level" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log-level" -s h -l help -d 'Print help (see more with \'--help\')'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -s c -l config -d 'Read this configuration file, and not those in /etc/mavswitch' -r -F
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l learn -d 'Learn routes from every frame, or from HEARTBEAT only [default: all]' -r -f -a "all\t'Every frame that passed a full check'
 heartbeat\t'HEARTBEAT frames'"
@@ -96,6 +248,7 @@ false\t''"
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l route-age -d 'Forget a route that was silent for so many seconds; 0: never [default: 300]' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l sniffer -d 'Send everything to the links on which this system id is heard, whoever it is for' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l dialect -d 'Know the messages of this XML definition file too; may be repeated' -r -F
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l control -d 'Where to have the control socket, by which `mavswitch status` and others ask; off: nowhere' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
 text\t'One line of text for each event, with the time'
 json\t'One JSON object for each event'
@@ -104,10 +257,23 @@ plain\t'One line of text without the time, for another log that adds its own'"
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -s h -l help -d 'Print help (see more with \'--help\')'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "dialect" -d 'Print the messages that a definition file declares, as rows of the built-in table'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "ports" -d 'List the serial ports of this computer: what each one is, and whether you may open it'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "completions" -d 'Print what a shell needs to complete command lines, for its directory of completions'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "check" -d 'Check a configuration file, and tell what it means and what is missing; opens no endpoint'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "import" -d 'Print what a configuration of mavlink-router means, as a file of mavswitch'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "config" -d 'Print the effective configuration, of files and command line together, as a file'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import config help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status endpoint log-level config help" -f -a "dialect" -d 'Print the messages that a definition file declares, as rows of the built-in table'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status endpoint log-level config help" -f -a "ports" -d 'List the serial ports of this computer: what each one is, and whether you may open it'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status endpoint log-level config help" -f -a "completions" -d 'Print what a shell needs to complete command lines, for its directory of completions'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status endpoint log-level config help" -f -a "check" -d 'Check a configuration file, and tell what it means and what is missing; opens no endpoint'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status endpoint log-level config help" -f -a "import" -d 'Print what a configuration of mavlink-router means, as a file of mavswitch'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status endpoint log-level config help" -f -a "log" -d 'Work on telemetry logs: info, cut, merge, filter'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status endpoint log-level config help" -f -a "status" -d 'Tell what is going on in a running mavswitch: endpoints, links, components, messages'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status endpoint log-level config help" -f -a "endpoint" -d 'Add, change, remove, enable or disable an endpoint of a running mavswitch'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status endpoint log-level config help" -f -a "log-level" -d 'Have a running mavswitch log more or less'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status endpoint log-level config help" -f -a "config" -d 'Print the effective configuration, of files and command line together, as a file'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status endpoint log-level config help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and __fish_seen_subcommand_from log" -f -a "info" -d 'Tell what is in a log: duration, components, messages and their rates, pauses, loss'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and __fish_seen_subcommand_from log" -f -a "cut" -d 'Make a log of a part of one'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and __fish_seen_subcommand_from log" -f -a "merge" -d 'Make one log of several, in the order of their times'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and __fish_seen_subcommand_from log" -f -a "filter" -d 'Make a log of some messages, systems or components of one'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and __fish_seen_subcommand_from endpoint" -f -a "add" -d 'Join another endpoint'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and __fish_seen_subcommand_from endpoint" -f -a "change" -d 'Give the endpoint of the same name these settings; links stay where that is possible'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and __fish_seen_subcommand_from endpoint" -f -a "remove" -d 'Close an endpoint and forget it'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and __fish_seen_subcommand_from endpoint" -f -a "enable" -d 'Open an endpoint that was switched off'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and __fish_seen_subcommand_from endpoint" -f -a "disable" -d 'Close an endpoint until it is switched on again'

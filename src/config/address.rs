@@ -50,6 +50,8 @@ pub enum Address {
         /// The baud rates to try in turn, in bits a second, 50..=20,000,000; at least one.
         bauds: Vec<u32>,
     },
+    /// A part of the program itself, by its name. Nothing that the user writes is read as one.
+    Internal(&'static str),
 }
 
 /// The kinds of address.
@@ -69,6 +71,8 @@ pub enum AddressKind {
     TcpOut,
     /// [`Address::Serial`]
     Serial,
+    /// [`Address::Internal`]
+    Internal,
 }
 
 /// Every spelling of every scheme.
@@ -97,7 +101,7 @@ const SCHEMES: &[(&str, AddressKind)] = &[
 ];
 
 impl AddressKind {
-    /// Every kind, in the order in which they are explained.
+    /// Every kind that can be configured, in the order in which they are explained.
     pub const ALL: &[Self] = &[
         Self::UdpIn,
         Self::UdpOut,
@@ -118,6 +122,7 @@ impl AddressKind {
             Self::TcpIn => "tcpin",
             Self::TcpOut => "tcpout",
             Self::Serial => "serial",
+            Self::Internal => "internal",
         }
     }
 
@@ -139,10 +144,11 @@ impl Address {
             Self::TcpIn(_) => AddressKind::TcpIn,
             Self::TcpOut(_) => AddressKind::TcpOut,
             Self::Serial { .. } => AddressKind::Serial,
+            Self::Internal(_) => AddressKind::Internal,
         }
     }
 
-    /// Host and port, unless it is a serial port.
+    /// Host and port of what is reached over a network.
     pub fn host_port(&self) -> Option<&HostPort> {
         match self {
             Self::UdpIn(at)
@@ -151,7 +157,7 @@ impl Address {
             | Self::Multicast(at)
             | Self::TcpIn(at)
             | Self::TcpOut(at) => Some(at),
-            Self::Serial { .. } => None,
+            Self::Serial { .. } | Self::Internal(_) => None,
         }
     }
 
@@ -171,6 +177,8 @@ impl Address {
             AddressKind::TcpIn => parse_listener(kind, rest, TCP_PORT).map(Self::TcpIn),
             AddressKind::TcpOut => parse_sender(kind, rest, TCP_PORT).map(Self::TcpOut),
             AddressKind::Serial => parse_serial(rest),
+            // No scheme means it.
+            AddressKind::Internal => Err(unknown_scheme(scheme, text)),
         }
     }
 }
@@ -190,6 +198,7 @@ impl fmt::Display for Address {
                 let bauds: Vec<String> = bauds.iter().map(ToString::to_string).collect();
                 write!(f, "{device}:{}", bauds.join(","))
             }
+            Self::Internal(name) => f.write_str(name),
         }
     }
 }

@@ -1,10 +1,12 @@
 //! What is configured for the program as a whole, and the table of the keys that say it.
 
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::ValueEnum;
 
+use super::control_place::ControlPlace;
 use super::shape::Shape;
 use super::value::{self, FOREVER};
 use crate::routing::{Learn, RouterOptions};
@@ -20,6 +22,10 @@ pub struct General {
     pub log_format: LogFormat,
     /// What to log.
     pub log_level: LogLevel,
+    /// Where metrics and the status page are served; nowhere if there is none.
+    pub metrics: Option<SocketAddr>,
+    /// Where the control socket is.
+    pub control: ControlPlace,
 }
 
 /// How log lines look.
@@ -156,7 +162,43 @@ pub const GENERAL: &[GeneralSpec] = &[
         set: |to, words| put(&mut to.log_level, words.first().and_then(|word| choice(word))),
         show: |general| show_choice(&general.log_level),
     },
+    GeneralSpec {
+        name: "metrics",
+        shape: Shape::Text,
+        expects: "an IP address and a port, as 127.0.0.1:9550",
+        help: "serve metrics for Prometheus and a status page by HTTP at this address and port",
+        default: None,
+        is_reloaded: true,
+        set: |to, words| {
+            put(&mut to.metrics, words.first().and_then(|word| word.parse().ok()).map(Some))
+        },
+        show: |general| general.metrics.iter().map(ToString::to_string).collect(),
+    },
+    GeneralSpec {
+        name: "control",
+        shape: Shape::Text,
+        expects: "an absolute path, or off",
+        help: "the control socket, by which `mavswitch status` and others ask; off: none",
+        default: None,
+        is_reloaded: false,
+        set: |to, words| {
+            put(&mut to.control, words.first().and_then(|word| ControlPlace::parse(word)))
+        },
+        show: |general| general.control.show().into_iter().collect(),
+    },
 ];
+
+impl LogLevel {
+    /// The level of this name: `debug`.
+    pub fn find(name: &str) -> Option<Self> {
+        choice(name)
+    }
+
+    /// Its name.
+    pub fn name(self) -> String {
+        show_choice(&self).concat()
+    }
+}
 
 impl General {
     /// The value of a key in TOML, if it has one.

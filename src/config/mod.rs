@@ -9,6 +9,7 @@
 //! read here is complete and in range, so nobody has to check it again.
 
 mod address;
+mod control_place;
 mod device;
 mod dialect_files;
 mod dialect_rows;
@@ -35,6 +36,7 @@ mod value;
 mod write;
 
 pub use address::{Address, AddressKind};
+pub use control_place::ControlPlace;
 pub use device::Device;
 pub use dialect_files::{DialectFileError, load_dialect};
 pub use dialect_rows::write_rows;
@@ -55,3 +57,4 @@ pub use options::{EndpointOptions, FilterOptions, FlowControl, MessageRef, PathC
 pub use place::{ConfigError, ConfigProblem, Place};
 pub use shape::Shape;
 pub(crate) use suggest::nearest;
+pub use value::{ids, messages};

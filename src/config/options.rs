@@ -12,6 +12,8 @@ use super::host_port::HostPort;
 pub struct EndpointOptions {
     /// What the user calls the endpoint: 1 to 64 characters. Without it, its address is its name.
     pub name: Option<String>,
+    /// Whether it is to be opened at all.
+    pub enabled: bool,
     /// The local address and port of a sender; port 0 is any free one. Without it, the system
     /// chooses both.
     pub bind: Option<HostPort>,
@@ -70,6 +72,7 @@ impl Default for EndpointOptions {
     fn default() -> Self {
         Self {
             name: None,
+            enabled: true,
             bind: None,
             dev: None,
             flow: FlowControl::None,

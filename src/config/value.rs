@@ -144,12 +144,12 @@ pub(super) fn show_rates(rates: &[(MessageRef, f32)]) -> Option<String> {
 }
 
 /// Messages by name or number: `RAW_IMU,27`.
-pub(super) fn messages(text: &str) -> Option<Vec<MessageRef>> {
+pub fn messages(text: &str) -> Option<Vec<MessageRef>> {
     text.split(',').map(message_ref).collect()
 }
 
 /// System or component ids: `1,255`.
-pub(super) fn ids(text: &str) -> Option<Vec<u8>> {
+pub fn ids(text: &str) -> Option<Vec<u8>> {
     text.split(',').map(|id| number(id, 0..=255)).collect()
 }
 

@@ -58,7 +58,8 @@ impl Daemon {
     /// Closes the sockets of an endpoint and then its links, so that none of them comes back.
     pub(super) fn close_endpoint(&mut self, index: EndpointId, reason: &str) {
         let links = self.links_of(index);
-        self.io.endpoints[index].state = State::Waiting;
+        let now = self.now;
+        self.io.endpoints[index].set_state(State::Waiting, now);
         for link in links {
             self.close_link(link, reason);
         }
@@ -86,7 +87,28 @@ impl Daemon {
         }
         self.change_links(index);
         self.change_timeouts(index, &before.options);
+        self.change_enabled(index, before.options.enabled);
         true
+    }
+
+    /// Opens an endpoint that is switched on, and closes one that is switched off.
+    fn change_enabled(&mut self, index: EndpointId, before: bool) {
+        let endpoint = &mut self.io.endpoints[index];
+        match (before, endpoint.options().enabled) {
+            (true, false) => {
+                self.close_endpoint(index, "switched off");
+                let endpoint = &mut self.io.endpoints[index];
+                (endpoint.deadline, endpoint.failure) = (None, None);
+                (endpoint.since, endpoint.is_missed) = (self.now, false);
+            }
+            (false, true) => {
+                endpoint.since = self.now;
+                if let Err(failure) = self.open(index) {
+                    self.try_later(index, failure);
+                }
+            }
+            _ => {}
+        }
     }
 
     /// All links of an endpoint.
@@ -121,7 +143,9 @@ impl Daemon {
         let endpoint = &mut self.io.endpoints[index];
         let options = &endpoint.config.options;
         let patience = options.stall_timeout;
-        let begins_anew = options.retry != before.retry && matches!(endpoint.state, State::Waiting);
+        let begins_anew = options.enabled
+            && options.retry != before.retry
+            && matches!(endpoint.state, State::Waiting);
         if options.retry != before.retry {
             endpoint.backoff = Backoff::up_to(options.retry);
         }

@@ -16,7 +16,10 @@ impl Daemon {
                 Timer::Pause => self.handle_pause(),
                 Timer::Pace(link) => self.handle_pace(link),
                 Timer::Stall(link) => self.check_stalled(link),
+                Timer::Local(link) => self.handle_local_deadline(link),
                 Timer::Log(index) => self.say_last_word(index),
+                Timer::Control => self.control.handle_timeout(),
+                Timer::Http => self.http.handle_timeout(),
                 Timer::Notify => self.feed_watchdog(),
                 Timer::Router => {
                     self.router_deadline = None;
@@ -41,6 +44,7 @@ impl Daemon {
         for link in std::mem::take(&mut self.io.blocked).iter() {
             self.set_stall_timer(link);
         }
+        self.ask_local_peers();
     }
 
     fn set_pace_timer(&mut self, id: LinkId) {

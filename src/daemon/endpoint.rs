@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::io;
+use std::mem::discriminant;
 use std::net::SocketAddr;
 use std::time::Duration;
 
@@ -9,7 +10,8 @@ use mio::net::{TcpListener, TcpStream, UdpSocket};
 
 use crate::config::{Address, EndpointConfig, EndpointOptions};
 use crate::link::Backoff;
-use crate::routing::{FilterLists, LinkId, Membership, RateCap, Time};
+use crate::mavlink::SplitterStats;
+use crate::routing::{FilterLists, LinkCounters, LinkId, Membership, RateCap, Time};
 
 use super::log_limit::Log;
 use super::settings::Settings;
@@ -21,6 +23,14 @@ pub(super) struct Endpoint {
     pub(super) name: String,
     pub(super) config: EndpointConfig,
     pub(super) state: State,
+    /// Since when it is in this state.
+    pub(super) since: Time,
+    /// How often it was open.
+    pub(super) openings: u64,
+    /// What its links counted that are gone.
+    pub(super) past: Past,
+    /// Why it could not be opened the last time.
+    pub(super) failure: Option<Failure>,
     pub(super) backoff: Backoff,
     /// When [`super::timers::Timer::Endpoint`] has something to do.
     pub(super) deadline: Option<Time>,
@@ -56,6 +66,22 @@ pub(super) struct Endpoint {
     pub(super) unsendable: Option<(SocketAddr, io::Error)>,
     /// Whether that was told.
     pub(super) unsendable_is_told: bool,
+}
+
+/// What links counted that are gone.
+#[derive(Clone, Copy, Default, Debug)]
+pub(super) struct Past {
+    pub(super) router: LinkCounters,
+    pub(super) splitter: SplitterStats,
+}
+
+/// Why an endpoint is not open.
+#[derive(Clone, Debug)]
+pub(super) struct Failure {
+    /// What could not be done, why, and what to do about it.
+    pub(super) text: String,
+    /// Whether waiting may help.
+    pub(super) may_pass: bool,
 }
 
 /// What the sockets of an endpoint are bound to besides their addresses, and can go away.
@@ -195,6 +221,10 @@ impl Endpoint {
             backoff: Backoff::up_to(config.options.retry),
             config,
             state: State::Waiting,
+            since: now,
+            openings: 0,
+            past: Past::default(),
+            failure: None,
             deadline: None,
             filter_in,
             filter_out,
@@ -216,6 +246,14 @@ impl Endpoint {
             unsendable: None,
             unsendable_is_told: false,
         }
+    }
+
+    /// Goes into another state.
+    pub(super) fn set_state(&mut self, state: State, now: Time) {
+        if discriminant(&self.state) != discriminant(&state) {
+            self.since = now;
+        }
+        self.state = state;
     }
 
     /// Whether it has as many links as there are peers, and stays open when one goes.

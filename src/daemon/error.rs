@@ -2,6 +2,7 @@
 
 use std::io;
 
+use super::endpoint::Failure;
 use crate::config::{Address, AddressKind, Device, EndpointConfig};
 
 /// The daemon cannot start.
@@ -43,6 +44,14 @@ impl StartError {
     pub(super) fn endpoint(config: &EndpointConfig, action: String, error: io::Error) -> Self {
         let remedy = remedy(config, &error);
         Self::Endpoint { endpoint: config.name(), action, error, remedy }
+    }
+}
+
+impl Failure {
+    /// What could not be done, and why.
+    pub(super) fn new(config: &EndpointConfig, action: &str, error: &io::Error) -> Self {
+        let text = format!("cannot {action}: {error}{}", remedy(config, error));
+        Self { text, may_pass: may_pass(config, error) }
     }
 }
 

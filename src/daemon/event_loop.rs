@@ -8,9 +8,11 @@ use mio::event::Event;
 use mio::{Events, Poll, Registry, Token, Waker};
 use tracing::info;
 
+use super::control::Control;
 use super::endpoint::State;
 use super::endpoint_table::EndpointId;
 use super::error::StartError;
+use super::http::Http;
 use super::links::Output;
 use super::log_limit::LogLimit;
 use super::notify::Notifier;
@@ -42,6 +44,8 @@ pub(super) struct Daemon {
     pub(super) resolver: Resolver<EndpointId>,
     pub(super) opener: Opener<EndpointId>,
     pub(super) reloader: Reloader,
+    pub(super) control: Control,
+    pub(super) http: Http,
     /// What is configured now, and what was at the start: some of it cannot change.
     pub(super) general: General,
     pub(super) started_with: General,
@@ -63,6 +67,10 @@ pub(super) struct Daemon {
     pub(super) unfinished: LinkSet,
     /// When [`super::timers::Timer::Pause`] has something to do.
     pub(super) pause_timer: Option<Time>,
+    /// Links inside the program whose other side waits for room in the queues of others.
+    pub(super) held_back: LinkSet,
+    /// Where what such a link says stands until it is routed.
+    pub(super) spoken: Vec<u8>,
     /// Where a datagram of somebody unknown stands while it is looked at.
     pub(super) stranger: Vec<u8>,
     pub(super) component_log: LogLimit,
@@ -85,10 +93,20 @@ pub(super) enum Meaning {
     /// Whoever has this place in the table.
     Endpoint(u16),
     Link(LinkId),
+    /// The control socket, 0, or one of its clients.
+    Control(u8),
+    /// The port for metrics, 0, or one of its connections.
+    Http(u8),
 }
 
 const SIGNAL: Token = Token(0);
 const WAKE: Token = Token(1);
+
+/// The first token behind those of endpoints and links.
+const CONTROL: usize = 1 << 20;
+
+/// The first token behind those of the control socket.
+const HTTP: usize = CONTROL + (1 << 8);
 
 /// How long queues may take to drain at the end.
 const LINGER: Duration = Duration::from_millis(500);
@@ -103,6 +121,8 @@ impl Meaning {
             Self::Wake => WAKE,
             Self::Endpoint(slot) => Token(2 + usize::from(*slot) * 2),
             Self::Link(link) => Token(3 + link.index() * 2),
+            Self::Control(number) => Token(CONTROL + usize::from(*number)),
+            Self::Http(number) => Token(HTTP + usize::from(*number)),
         }
     }
 
@@ -110,6 +130,10 @@ impl Meaning {
         Some(match token {
             SIGNAL => Self::Signal,
             WAKE => Self::Wake,
+            Token(number) if number >= HTTP => Self::Http(u8::try_from(number - HTTP).ok()?),
+            Token(number) if number >= CONTROL => {
+                Self::Control(u8::try_from(number - CONTROL).ok()?)
+            }
             Token(number) if number % 2 == 0 => Self::Endpoint(u16::try_from(number / 2 - 1).ok()?),
             Token(number) => Self::Link(LinkId::new((number - 3) / 2)?),
         })
@@ -128,6 +152,8 @@ pub fn run(config: DaemonConfig, host: Arc<dyn Host>) -> Result<(), StartError> 
     let signals = Signals::register(poll.registry(), SIGNAL).map_err(StartError::System)?;
     let mut daemon = Daemon::new(config, host, poll, signals)?;
     daemon.open_all()?;
+    daemon.open_control();
+    daemon.open_http();
     info!("ready");
     daemon.tell_ready();
     daemon.work().map_err(StartError::System)?;
@@ -169,6 +195,8 @@ impl Daemon {
             resolver: Resolver::new(Arc::clone(&waker)),
             opener: Opener::new(Arc::clone(&waker)),
             reloader: Reloader::new(host, waker),
+            control: Control::closed(),
+            http: Http::closed(),
             start: Instant::now(),
             now,
             router: Router::new(general.router),
@@ -183,6 +211,8 @@ impl Daemon {
             accepting: Vec::new(),
             unfinished: LinkSet::EMPTY,
             pause_timer: None,
+            held_back: LinkSet::EMPTY,
+            spoken: Vec::new(),
             stranger: Vec::new(),
             component_log: LogLimit::new(now),
             notifier: Notifier::from_environment(),
@@ -204,7 +234,7 @@ impl Daemon {
         let mut stopping = false;
         while !stopping {
             // What has changed is to be sent and told in a turn that does not wait.
-            let has_changed = self.take_over();
+            let has_changed = self.take_over() | self.serve_control() | self.serve_http();
             let timeout = if has_changed { Some(Duration::ZERO) } else { self.timeout() };
             stopping = self.turn(&mut events, timeout)?;
         }
@@ -228,7 +258,7 @@ impl Daemon {
     }
 
     /// How long the loop may wait.
-    fn timeout(&self) -> Option<Duration> {
+    pub(super) fn timeout(&self) -> Option<Duration> {
         if !self.ready.is_empty() {
             return Some(Duration::ZERO);
         }
@@ -285,6 +315,8 @@ impl Daemon {
                 }
             }
             Some(Meaning::Link(link)) => self.handle_link_event(link, event),
+            Some(Meaning::Control(number)) => self.control.handle_event(number, event),
+            Some(Meaning::Http(number)) => self.http.handle_event(number, event),
             None => {}
         }
         false

@@ -5,13 +5,13 @@ use std::io;
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use super::endpoint::{Role, State};
+use super::endpoint::{Failure, Role, State};
 use super::endpoint_table::EndpointId;
 use super::error::{StartError, may_pass};
 use super::event_loop::Daemon;
 use super::open::{OpenError, socket_address};
 use super::timers::Timer;
-use crate::config::Host;
+use crate::config::{Address, Host};
 use crate::link::{Stream, interface_index, tune};
 use crate::routing::LinkId;
 use tracing::debug;
@@ -44,8 +44,15 @@ impl Daemon {
     /// Opens an endpoint, or asks for the address of its host first.
     pub(super) fn open(&mut self, index: EndpointId) -> Result<(), OpenError> {
         let endpoint = &mut self.io.endpoints[index];
+        if !endpoint.options().enabled {
+            return Ok(());
+        }
         let Some(host_port) = endpoint.config.address.host_port() else {
-            return self.open_serial(index);
+            return match endpoint.config.address {
+                Address::Serial { .. } => self.open_serial(index),
+                // Whoever has added it has opened it.
+                _ => Ok(()),
+            };
         };
         if let Some(address) = endpoint.addresses.get(endpoint.next_address).copied() {
             endpoint.next_address += 1;
@@ -86,7 +93,7 @@ impl Daemon {
             asked.map_err(|error| OpenError { action, error })?;
             endpoint.is_asking = true;
         }
-        endpoint.state = State::Resolving;
+        endpoint.set_state(State::Resolving, self.now);
         Ok(())
     }
 
@@ -151,7 +158,9 @@ impl Daemon {
     /// An endpoint is open: the next failure will be a new one.
     pub(super) fn set_open(&mut self, index: EndpointId, state: State) {
         let endpoint = &mut self.io.endpoints[index];
-        endpoint.state = state;
+        endpoint.set_state(state, self.now);
+        endpoint.openings += 1;
+        endpoint.failure = None;
         endpoint.told = None;
         endpoint.is_missed = false;
         endpoint.is_refusing = false;
@@ -164,7 +173,8 @@ impl Daemon {
     /// Tells of a failure, once, and tries again later.
     pub(super) fn try_later(&mut self, index: EndpointId, OpenError { action, error }: OpenError) {
         let endpoint = &mut self.io.endpoints[index];
-        endpoint.state = State::Waiting;
+        endpoint.set_state(State::Waiting, self.now);
+        endpoint.failure = Some(Failure::new(&endpoint.config, &action, &error));
         // Several addresses that fail in turn for the same reason are one failure.
         let verb = action.split(' ').next().unwrap_or_default().to_owned();
         let failure = Some((verb, error.kind()));
@@ -210,7 +220,7 @@ impl Daemon {
                 }
             }
             State::Up(up) if *up == link => {
-                endpoint.state = State::Waiting;
+                endpoint.set_state(State::Waiting, self.now);
                 if was_heard {
                     endpoint.backoff.reset();
                 }

@@ -3,6 +3,7 @@
 use std::net::SocketAddr;
 
 use super::endpoint_table::EndpointId;
+use super::local::LocalOutput;
 use crate::link::{Slowness, Stream};
 use crate::mavlink::Splitter;
 use crate::routing::{LinkId, MAX_LINKS, Time};
@@ -16,6 +17,8 @@ pub(super) struct Link {
     pub(super) peer: String,
     /// Cuts what it sends into frames.
     pub(super) splitter: Splitter,
+    /// When it came up.
+    pub(super) since: Time,
     /// When something was last read from it; at first, when it came up.
     pub(super) last_read: Time,
     pub(super) output: Output,
@@ -32,6 +35,7 @@ impl Link {
             endpoint,
             peer,
             splitter: Splitter::new(),
+            since: now,
             last_read: now,
             output,
             pace_deadline: None,
@@ -47,6 +51,8 @@ pub(super) enum Output {
     Stream(StreamOutput),
     /// Through the socket of the endpoint, to wherever that sends for this peer.
     Datagrams(SocketAddr),
+    /// To a part of the program itself.
+    Local(LocalOutput),
 }
 
 #[derive(Debug)]

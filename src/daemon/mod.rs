@@ -5,14 +5,17 @@
 //! (a bounded amount of each link), timers, flush, close what broke, log.
 
 mod change;
+mod control;
 mod deadlines;
 mod endpoint;
 mod endpoint_table;
 mod error;
 mod event_loop;
 mod groups;
+mod http;
 mod lifecycle;
 mod links;
+mod local;
 mod log_limit;
 mod notify;
 mod open;
@@ -25,10 +28,12 @@ mod serial;
 mod service;
 mod settings;
 mod signals;
+mod snapshot;
 mod timers;
 mod transmit;
 mod upkeep;
 
 pub use error::StartError;
 pub use event_loop::{DaemonConfig, run};
+pub use http::{MAX_HTTP_CLIENTS, fuzz_http_request};
 pub use reload::Host;

@@ -43,7 +43,7 @@ impl Daemon {
             }
             Address::TcpIn(_) => self.open_tcp_server(index, address),
             Address::TcpOut(_) => self.open_tcp_client(index, address),
-            Address::Serial { .. } => Ok(()),
+            Address::Serial { .. } | Address::Internal(_) => Ok(()),
         }
     }
 
@@ -77,7 +77,8 @@ impl Daemon {
         let token = Meaning::Endpoint(index.slot()).token();
         let interest = Interest::READABLE | Interest::WRITABLE;
         doing(action, self.registry().register(&mut stream, token, interest))?;
-        self.io.endpoints[index].state = State::Connecting(stream, address);
+        let now = self.now;
+        self.io.endpoints[index].set_state(State::Connecting(stream, address), now);
         Ok(())
     }
 

@@ -218,7 +218,7 @@ impl Daemon {
             let link = self.io.links.get(*id).filter(|link| link.endpoint == index);
             link.is_some_and(|link| match &link.output {
                 Output::Stream(output) => output.read_closed,
-                Output::Datagrams(_) => false,
+                Output::Datagrams(_) | Output::Local(_) => false,
             })
         };
         *count >= usize::from(endpoint.options().max_peers) && self.ready.iter().any(is_ending)
@@ -278,9 +278,10 @@ impl Daemon {
         if tracing::enabled!(Level::DEBUG) && log.of(Topic::Detail).permit(self.now).is_some() {
             self.report_link(id, &link);
         }
-        let heard = self.router.counters(id).is_some_and(|counters| counters.frames_in > 0);
+        let heard = self.keep_counts(id, &link);
         self.router.remove_link(id);
         self.unfinished.remove(id);
+        self.held_back.remove(id);
         self.ready.retain(|ready| *ready != Ready::Link(id));
         if let Output::Stream(output) = &mut link.output {
             // Closing it would do; this keeps the system from telling of it once more.
@@ -289,6 +290,15 @@ impl Daemon {
         self.discard(link.output);
         self.tell_closed(link.endpoint, id, reason);
         self.handle_closed(link.endpoint, id, heard);
+    }
+
+    /// What a link counted stays with its endpoint; says whether it brought any frame.
+    fn keep_counts(&mut self, id: LinkId, link: &Link) -> bool {
+        let Some(counters) = self.router.counters(id) else { return false };
+        let past = &mut self.io.endpoints[link.endpoint].past;
+        past.router += counters;
+        past.splitter += link.splitter.stats();
+        counters.frames_in > 0
     }
 
     /// Tells that a link is gone, and of one that will come again also that.

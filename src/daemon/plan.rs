@@ -5,7 +5,7 @@ use std::hash::Hash;
 
 use super::endpoint_table::{EndpointId, EndpointTable};
 use super::settings::Settings;
-use crate::config::EndpointConfig;
+use crate::config::{AddressKind, EndpointConfig};
 
 /// What becomes of the endpoints.
 #[derive(Default, Debug)]
@@ -25,7 +25,9 @@ pub(super) struct Plan {
 /// last, one of the same name is closed and opened again. So is a server at `[::]` that is to leave
 /// IPv4 to another one from now on, or not to any more.
 pub(super) fn plan(table: &EndpointTable, wanted: Vec<Settings>) -> Plan {
-    let ids = table.ids();
+    let mut ids = table.ids();
+    // What belongs to the program itself was never wanted by a configuration.
+    ids.retain(|id| table[*id].config.address.kind() != AddressKind::Internal);
     let mut matching = Matching {
         old: ids.iter().map(|id| &table[*id].config).collect(),
         new: wanted.iter().map(|settings| &settings.config).collect(),

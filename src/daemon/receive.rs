@@ -34,7 +34,10 @@ impl Daemon {
     /// Goes on where the last turn left off.
     pub(super) fn receive_more(&mut self, source: Ready) {
         match source {
-            Ready::Link(link) => self.receive_stream(link),
+            Ready::Link(link) => match self.io.links.get(link).map(|link| &link.output) {
+                Some(Output::Local(_)) => self.receive_local(link),
+                _ => self.receive_stream(link),
+            },
             Ready::Endpoint(index) => match self.io.endpoints.get(index).map(|it| &it.state) {
                 Some(State::Listening(..)) => self.accepting.push(index),
                 Some(State::Datagrams(_)) => self.receive_datagrams(index),

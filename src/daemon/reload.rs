@@ -41,6 +41,18 @@ pub(super) struct Fresh {
     endpoints: Vec<Settings>,
 }
 
+/// What has become of the endpoints.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Counts {
+    pub(super) added: usize,
+    pub(super) removed: usize,
+    /// Closed and opened again.
+    pub(super) replaced: usize,
+    /// Changed under their links.
+    pub(super) changed: usize,
+    pub(super) same: usize,
+}
+
 /// Reads configurations, one at a time.
 pub(super) struct Reloader {
     host: Arc<dyn Host>,
@@ -147,7 +159,16 @@ impl Daemon {
         self.change_general(fresh.general);
         // Before the endpoints: they name messages that it may have.
         self.checker.set_dialect(fresh.dialect);
-        let Plan { gone, kept, new } = plan(&self.io.endpoints, fresh.endpoints);
+        let Counts { added, removed, replaced, changed, same } = self.change_all(fresh.endpoints);
+        info!(
+            "configuration reloaded; endpoints: {added} added, {removed} removed, {replaced} opened \
+             again, {changed} changed, {same} as before",
+        );
+    }
+
+    /// Has these endpoints and no others from now on.
+    pub(super) fn change_all(&mut self, wanted: Vec<Settings>) -> Counts {
+        let Plan { gone, kept, new } = plan(&self.io.endpoints, wanted);
         let counts = (gone.len(), new.len(), kept.len());
         let replaced = new.iter().filter(|(_, before)| before.is_some()).count();
         // First what is given up: another one may want the port, or the number of a group.
@@ -165,13 +186,13 @@ impl Daemon {
         }
         self.add_endpoints(new.into_iter().map(|(settings, _)| settings));
         let (gone, new, kept) = counts;
-        info!(
-            "configuration reloaded; endpoints: {} added, {} removed, {replaced} opened again, \
-             {changed} changed, {} as before",
-            new - replaced,
-            gone - replaced,
-            kept - changed,
-        );
+        Counts {
+            added: new - replaced,
+            removed: gone - replaced,
+            replaced,
+            changed,
+            same: kept - changed,
+        }
     }
 
     fn remove_all(&mut self, gone: &[EndpointId], new: &[(Settings, Option<EndpointId>)]) {
@@ -192,10 +213,16 @@ impl Daemon {
         }
     }
 
-    fn change_general(&mut self, general: General) {
-        if general.log_level != self.general.log_level {
-            self.reloader.host.set_log_level(general.log_level);
+    /// Logs at another level from now on.
+    pub(super) fn set_log_level(&mut self, level: LogLevel) {
+        if level != self.general.log_level {
+            self.reloader.host.set_log_level(level);
         }
+        self.general.log_level = level;
+    }
+
+    fn change_general(&mut self, general: General) {
+        self.set_log_level(general.log_level);
         for spec in GENERAL.iter().filter(|spec| !spec.is_reloaded) {
             if general.show(spec) != self.started_with.show(spec) {
                 warn!("{}: another value takes effect at the next start", spec.name);
@@ -203,6 +230,7 @@ impl Daemon {
         }
         self.router.set_options(general.router, self.now);
         self.general = general;
+        self.open_http();
     }
 }
 

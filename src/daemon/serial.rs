@@ -43,7 +43,7 @@ impl Daemon {
             asked.map_err(|error| OpenError { action, error })?;
             endpoint.is_asking = true;
         }
-        endpoint.state = State::Opening;
+        endpoint.set_state(State::Opening, self.now);
         self.set_deadline(index, SLOW_OPEN);
         Ok(())
     }

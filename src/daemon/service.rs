@@ -91,7 +91,8 @@ impl Daemon {
                 State::Waiting | State::Resolving | State::Opening | State::Connecting(..)
             )
         };
-        let missing = self.io.endpoints.iter().filter(|endpoint| is_missing(&endpoint.state));
+        let endpoints = self.io.endpoints.iter().filter(|endpoint| endpoint.options().enabled);
+        let missing = endpoints.filter(|endpoint| is_missing(&endpoint.state));
         missing.map(|endpoint| endpoint.name.as_str()).collect()
     }
 }

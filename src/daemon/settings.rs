@@ -89,17 +89,11 @@ fn resolve(
 ) -> Result<MessageId, StartError> {
     match message {
         MessageRef::Id(id) => Ok(MessageId(*id)),
-        MessageRef::Name(name) => id_of(name, dialect).ok_or_else(|| StartError::UnknownMessage {
+        MessageRef::Name(name) => dialect.id_of(name).ok_or_else(|| StartError::UnknownMessage {
             endpoint: endpoint.to_owned(),
             name: name.clone(),
         }),
     }
-}
-
-/// The first definition counts: the user's own, then today's.
-fn id_of(name: &str, dialect: &Dialect) -> Option<MessageId> {
-    let mut definitions = dialect.definitions().iter();
-    definitions.find(|definition| definition.name == name).map(|definition| definition.id)
 }
 
 impl Endpoint {

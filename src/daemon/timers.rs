@@ -19,8 +19,14 @@ pub(super) enum Timer {
     Pace(LinkId),
     /// See whether the other side of a connection still takes something.
     Stall(LinkId),
+    /// Ask the other side of a link inside the program what it has to say.
+    Local(LinkId),
     /// Tell the service manager that the loop is alive.
     Notify,
+    /// Look after the clients of the control socket.
+    Control,
+    /// See to the connections that ask for metrics, or listen for them again.
+    Http,
     /// Write the line of an endpoint that had to wait.
     Log(EndpointId),
     /// [`crate::routing::Router::handle_timeout`].

@@ -27,6 +27,8 @@ pub(super) struct Io {
     pub(super) unsent: LinkSet,
     /// Links that wait for their pace to let them send, since this turn.
     pub(super) paced: LinkSet,
+    /// Links inside the program whose other side was told something in this turn.
+    pub(super) addressed: LinkSet,
 }
 
 impl Io {
@@ -39,6 +41,7 @@ impl Io {
             blocked: LinkSet::EMPTY,
             unsent: LinkSet::EMPTY,
             paced: LinkSet::EMPTY,
+            addressed: LinkSet::EMPTY,
         }
     }
 
@@ -92,6 +95,12 @@ impl Io {
                     datagrams.writable = asked.is_err();
                 }
                 endpoint.has_room()
+            }
+            Output::Local(local) => {
+                if local.hand_over(port, now) {
+                    self.addressed.insert(id);
+                }
+                true
             }
         };
         // A blocked link waits for room, not for its pace: the system says when.

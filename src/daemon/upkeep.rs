@@ -165,6 +165,9 @@ impl Daemon {
             // It may have gone while its question was open.
             let Some(endpoint) = self.io.endpoints.get_mut(asker) else { continue };
             endpoint.is_asking = false;
+            if !endpoint.options().enabled {
+                continue;
+            }
             match addresses {
                 Ok(addresses) if !addresses.is_empty() => self.handle_addresses(asker, addresses),
                 Ok(_) => self.handle_unresolved(asker, io::Error::other("it has no address")),

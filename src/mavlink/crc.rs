@@ -112,6 +112,16 @@ mod tests {
         }
     }
 
+    /// What looking back from a checksum rests on.
+    #[test]
+    fn every_table_entry_has_a_high_byte_of_its_own() {
+        let (table, indices) = (table(), index_by_high_byte());
+        assert_eq!((table, indices), (TABLE, INDEX_BY_HIGH_BYTE), "as compiled");
+        for (index, entry) in table.iter().enumerate() {
+            assert_eq!(usize::from(indices[usize::from(entry >> 8)]), index);
+        }
+    }
+
     #[test]
     fn rule_23_the_last_step_is_one_to_one() {
         for crc in (0..=u16::MAX).step_by(257) {

@@ -111,6 +111,13 @@ impl Dialect {
         self.find(&self.by_id, id_hash(id), |d| d.id == id)
     }
 
+    /// The id of the message called `name`, in capitals. The first definition counts: the user's
+    /// own, then today's.
+    pub fn id_of(&self, name: &str) -> Option<MessageId> {
+        let mut definitions = self.definitions.iter();
+        definitions.find(|definition| definition.name == name).map(|definition| definition.id)
+    }
+
     /// All definitions: the user's first, then for each id the current ones before the retired.
     pub fn definitions(&self) -> &[Definition] {
         &self.definitions
@@ -216,6 +223,21 @@ mod tests {
         }
         assert_eq!(dialect.by_pair(MessageId(0), 49), None);
         assert_eq!(dialect.by_id(MessageId(0xff_ffff)), None);
+    }
+
+    #[test]
+    fn the_table_says_what_its_source_says() {
+        for (line, built_in) in include_str!("messages.tsv").lines().skip(1).zip(BUILTIN) {
+            let mut fields = line.split('\t');
+            let mut number = || fields.next().unwrap().parse::<i32>();
+            let (id, extra) = (number().unwrap() as u32, number().unwrap() as u8);
+            let name = line.split('\t').nth(2).unwrap();
+            let [base, max, system, component] =
+                [3, 4, 5, 6].map(|at| line.split('\t').nth(at).unwrap().parse::<i16>().unwrap());
+            let read = row(id, extra, name, base as u16, max as u16, system, component);
+            assert_eq!(&read, built_in, "{line}");
+        }
+        assert_eq!(include_str!("messages.tsv").lines().count(), 1 + BUILTIN.len());
     }
 
     #[test]

@@ -4,6 +4,8 @@
 //! and puts them in front of what arrives next. A candidate that fails is left at the byte after
 //! its start byte (rule 17); what stands inside it is believed only after a full check (rule 19).
 
+use std::ops::AddAssign;
+
 use super::checker::{Checker, Evidence, Verdict};
 use super::crc::Crc;
 use super::dialect::Target;
@@ -55,6 +57,15 @@ pub struct SplitterStats {
     pub damaged: u64,
     /// Candidates with an unknown incompatibility flag (rule 7), likewise.
     pub incompatible: u64,
+}
+
+/// Both links together.
+impl AddAssign for SplitterStats {
+    fn add_assign(&mut self, other: Self) {
+        self.skipped_bytes += other.skipped_bytes;
+        self.damaged += other.damaged;
+        self.incompatible += other.incompatible;
+    }
 }
 
 /// The receiving end of one peer: a serial port, a connection, a remote address (rule 20).

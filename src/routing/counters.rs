@@ -1,6 +1,6 @@
 //! What happened on a link, in numbers.
 
-use std::ops::{Index, IndexMut};
+use std::ops::{AddAssign, Index, IndexMut};
 
 /// Why a frame was not delivered. Counts on the link it would have gone to, or on the one it came
 /// from where that is said.
@@ -36,6 +36,20 @@ impl DropReason {
         Self::RateCap,
         Self::Duplicate,
     ];
+
+    /// What it is called in status, metrics and logs.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NoRoute => "no_route",
+            Self::SetupSigning => "setup_signing",
+            Self::Loop => "loop",
+            Self::FilteredIn => "filtered_in",
+            Self::FilteredOut => "filtered_out",
+            Self::QueueFull => "queue_full",
+            Self::RateCap => "rate_cap",
+            Self::Duplicate => "duplicate",
+        }
+    }
 }
 
 /// Counts from the start of a link.
@@ -60,6 +74,21 @@ impl LinkCounters {
     /// All frames that were dropped, for whatever reason.
     pub fn dropped(&self) -> u64 {
         self.dropped.iter().sum()
+    }
+}
+
+/// Both links together.
+impl AddAssign<&Self> for LinkCounters {
+    fn add_assign(&mut self, other: &Self) {
+        self.frames_in += other.frames_in;
+        self.bytes_in += other.bytes_in;
+        self.frames_out += other.frames_out;
+        self.bytes_out += other.bytes_out;
+        self.invalid_sources += other.invalid_sources;
+        self.unlearned += other.unlearned;
+        for (sum, count) in self.dropped.iter_mut().zip(other.dropped) {
+            *sum += count;
+        }
     }
 }
 

@@ -21,7 +21,7 @@ pub struct FilterLists {
 
 /// The same, made for asking once a frame.
 #[derive(Clone, Debug)]
-pub(super) struct Filter {
+pub struct Filter {
     /// Whether there is anything to ask at all.
     is_set: bool,
     messages: MessageFilter,
@@ -46,7 +46,8 @@ const COMMON: usize = 512;
 type ByteSet = [u64; 4];
 
 impl Filter {
-    pub(super) fn new(lists: &FilterLists) -> Self {
+    /// A filter that goes by `lists`.
+    pub fn new(lists: &FilterLists) -> Self {
         Self {
             is_set: *lists != FilterLists::default(),
             messages: MessageFilter::new(&lists.allow_messages, &lists.block_messages),
@@ -57,7 +58,7 @@ impl Filter {
 
     /// Whether a frame passes: allowed by every list, blocked by none.
     #[inline]
-    pub(super) fn permits(&self, header: &Header) -> bool {
+    pub fn permits(&self, header: &Header) -> bool {
         !self.is_set || self.permits_listed(header)
     }
 

@@ -9,7 +9,7 @@ use super::path_loss::PathLoss;
 use super::queue::{Frames, Precedence, Queue, QueueLimits};
 use super::rate_limit::RateLimiter;
 use super::time::Time;
-use crate::mavlink::{CheckedFrame, MessageId};
+use crate::mavlink::{CheckedFrame, MAX_FRAME, MessageId};
 
 /// A link, as the router knows it.
 pub struct Port {
@@ -173,9 +173,19 @@ impl Port {
         }
     }
 
+    /// Whether a frame of any length would be taken now.
+    pub fn has_room(&self, precedence: Precedence) -> bool {
+        self.queue.has_room(MAX_FRAME, precedence)
+    }
+
     /// How many bytes wait.
     pub fn backlog(&self) -> usize {
         self.queue.len()
+    }
+
+    /// How many bytes may wait.
+    pub fn queue_limit(&self) -> usize {
+        self.queue.limits().total
     }
 
     /// Whether it is time to send, before the turn is over.

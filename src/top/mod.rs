@@ -3,16 +3,12 @@
 //! A thread asks the daemon and hands over snapshots; what is shown is a pure function of those and of
 //! the keys that were pressed. Whatever ends the view, the terminal is left as it was.
 
-#![allow(dead_code)]
 mod app;
 mod draw;
-#[cfg(any())]
 mod follow;
 mod table;
-#[cfg(any())]
 mod terminal;
 mod trace;
 mod units;
 
-#[cfg(any())]
 pub use terminal::{TopError, top};

@@ -127,9 +127,11 @@ fn the_protocol_and_the_routing_touch_no_system() {
 
 #[test]
 fn each_layer_uses_only_those_below_it() {
-    let rooms =
-        ["mavlink", "routing", "config", "link", "record", "status", "check", "daemon", "cli"];
-    let allowed: [(&str, &[&str]); 7] = [
+    let rooms = [
+        "mavlink", "routing", "config", "link", "record", "status", "control", "check", "daemon",
+        "cli",
+    ];
+    let allowed: [(&str, &[&str]); 8] = [
         ("mavlink", &["mavlink"]),
         ("routing", &["mavlink", "routing"]),
         ("config", &["mavlink", "routing", "config"]),
@@ -137,6 +139,7 @@ fn each_layer_uses_only_those_below_it() {
         ("check", &["mavlink", "routing", "config", "link", "check"]),
         ("record", &["mavlink", "routing", "config", "record"]),
         ("status", &["mavlink", "routing", "config", "status"]),
+        ("control", &["mavlink", "routing", "config", "status", "control"]),
     ];
     for source in sources() {
         let Some((room, may_use)) = allowed.iter().find(|(room, _)| source.is_in(room)) else {

@@ -12,6 +12,7 @@ mod architecture;
 mod blackhole;
 mod configuration;
 mod connections;
+mod control;
 mod corruption;
 mod datagrams;
 mod faults;

@@ -37,13 +37,21 @@ fn options() -> String {
 
 /// The subcommands, each with what it takes.
 fn commands() -> String {
-    let command = Cli::command();
-    let shown = command.get_subcommands().filter(|command| !command.is_hide_set());
-    shown.map(one_command).collect()
+    commands_of(&Cli::command(), "")
 }
 
-fn one_command(command: &clap::Command) -> String {
-    let mut heading = format!(".TP\n\\fB{}\\fR", escaped(command.get_name()));
+/// Those of a command that has others, each behind its name.
+fn commands_of(command: &clap::Command, before: &str) -> String {
+    let shown = command.get_subcommands().filter(|command| !command.is_hide_set());
+    shown.map(|command| one_command(command, before)).collect()
+}
+
+fn one_command(command: &clap::Command, before: &str) -> String {
+    let name = format!("{before}{}", command.get_name());
+    if command.has_subcommands() {
+        return commands_of(command, &format!("{name} "));
+    }
+    let mut heading = format!(".TP\n\\fB{}\\fR", escaped(&name));
     if command.get_opts().next().is_some() {
         heading.push_str(" [\\fIOPTION\\fR]...");
     }

@@ -95,7 +95,7 @@ impl Mesh {
         station.meet(&mut vehicle);
         let whole = self.fly(&mut vehicle, &mut station, |progress| progress.wait_for(PART));
         for report in &whole {
-            assert_eq!(report.lost(), [], "lost");
+            assert_eq!(report.lost(), [0_u32; 0], "lost");
             assert_eq!(report.copies(), [], "delivered again");
         }
         let healed = self.fly(&mut vehicle, &mut station, |progress| {

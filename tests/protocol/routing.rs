@@ -249,6 +249,24 @@ fn rule_43_a_full_queue_refuses_whole_frames_and_keeps_room_for_what_matters_mor
 }
 
 #[test]
+fn a_queue_that_fills_asks_to_be_sent_before_the_turn_is_over() {
+    let mut network = Network::new(RouterOptions::default());
+    let capacity = Capacity::Bytes(1_000);
+    let station = network.link_with(LinkOptions { capacity, ..LinkOptions::default() });
+    let vehicle = network.link();
+    network.receive(vehicle, &heartbeat(VEHICLE));
+    assert!(!network.router.has_filling());
+    let mut seq = 0;
+    while !network.router.has_filling() {
+        seq += 1;
+        network.receive(vehicle, &attitude(VEHICLE, seq));
+    }
+    assert_eq!(network.router.take_filling().iter().collect::<Vec<_>>(), [station]);
+    assert!(!network.router.has_filling() && network.router.take_filling().is_empty());
+    assert_eq!(network.counters(station).dropped(), 0, "in time, before anything is refused");
+}
+
+#[test]
 fn the_table_of_components_is_bounded_and_keeps_those_that_speak() {
     let (mut network, [radio, station]) = Network::with_links();
     let flood = |network: &mut Network| {

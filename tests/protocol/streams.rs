@@ -190,6 +190,30 @@ fn frames_inside_a_whole_frame_stay_inside() {
 }
 
 #[test]
+fn half_a_frame_of_one_is_not_joined_with_what_another_sends() {
+    let mut receiver = Receiver::new();
+    let (torn, next) = (heartbeat(1), heartbeat(2));
+    assert_eq!(receiver.receive(&torn[..12], Input::Flowing), []);
+    assert!(receiver.splitter.is_waiting());
+    receiver.splitter.forget();
+    assert!(!receiver.splitter.is_waiting());
+    let taken = receiver.receive(&[&torn[12..], &next].concat(), Input::Flowing);
+    assert_eq!(taken.iter().map(|frame| &frame.bytes).collect::<Vec<_>>(), [&next]);
+    assert_eq!(receiver.splitter.stats().skipped_bytes, torn.len() as u64);
+}
+
+#[test]
+fn rule_23_an_unknown_message_is_believed_from_the_second_one_on() {
+    let mut receiver = Receiver::new();
+    let unknown = |extra, byte| frame(Version::V2, byte, VEHICLE, (54_321, extra), &[byte; 7]);
+    let stream = [unknown(77, 1), unknown(77, 2), unknown(77, 3)].concat();
+    let taken = receiver.receive(&stream, Input::Flowing);
+    assert_eq!(taken.iter().map(|frame| frame.verified).collect::<Vec<_>>(), [false, true, true]);
+    // What contradicts them is damaged, as far as anybody can tell.
+    assert_eq!(receiver.receive(&unknown(78, 4), Input::Flowing), []);
+}
+
+#[test]
 fn endless_start_bytes_are_passed_over() {
     for start in [STX_V1, STX_V2] {
         let mut receiver = Receiver::new();

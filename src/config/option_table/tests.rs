@@ -1,7 +1,8 @@
 //! What every option takes, refuses, shows and defaults to.
 
 use super::*;
-use crate::config::{EndpointConfig, EndpointOptions};
+use crate::config::AddressKind::Serial;
+use crate::config::{Address, EndpointConfig, EndpointOptions};
 
 /// Values at the edges of what each option takes; the second list is refused.
 const EDGES: &[(&str, &[&str], &[&str])] = &[

@@ -1,8 +1,10 @@
 //! The program under test: started, listened to, ended.
 
+use std::fs::{self, Permissions};
 use std::net::SocketAddr;
+use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::thread;
 
@@ -10,6 +12,7 @@ use mavswitch::mavlink::Component;
 use rustix::pipe::fcntl_setpipe_size;
 use rustix::process::{Pid, Signal, kill_process};
 
+use super::dir::TempDir;
 use super::log::Log;
 use super::peer::{Peer, Wire};
 use super::process::{Process, eventually};
@@ -22,6 +25,8 @@ pub(crate) struct Router {
     child: Child,
     pub(crate) log: Log,
     ended: bool,
+    /// Where it has its control socket, for itself.
+    runtime: TempDir,
 }
 
 impl Router {
@@ -98,13 +103,14 @@ impl Router {
 
     fn spawn(command: &mut Command, narrow: bool, arguments: &[&str]) -> Self {
         command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+        let runtime = own_runtime(command);
         let mut child = command.spawn().expect("the program starts");
         let errors = child.stderr.take().expect("its standard error");
         if narrow {
             fcntl_setpipe_size(&errors, 4096).expect("a small pipe");
         }
         let log = Log::follow(errors);
-        Self { child, log, ended: false }
+        Self { child, log, ended: false, runtime }
     }
 
     /// The address at which this endpoint listens.
@@ -183,6 +189,11 @@ impl Router {
         self.log.wait_for(&[&format!("component {component} lost")]);
     }
 
+    /// Its control socket.
+    pub(crate) fn control(&self) -> PathBuf {
+        self.runtime.path("control")
+    }
+
     /// What the kernel knows of it.
     pub(crate) fn process(&self) -> Process {
         Process(self.child.id())
@@ -247,6 +258,7 @@ pub(crate) fn run(arguments: &[&str]) -> Output {
 pub(crate) fn run_command(mut command: Command, arguments: &[&str]) -> Output {
     command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     without_manager(&mut command);
+    let _runtime = own_runtime(&mut command);
     let mut child = Guard(command.spawn().expect("the program starts"));
     let errors = Log::follow(child.0.stderr.take().expect("its standard error"));
     let output = Log::follow(child.0.stdout.take().expect("its standard output"));
@@ -260,6 +272,17 @@ fn without_manager(command: &mut Command) {
     ["NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID", "JOURNAL_STREAM"].iter().for_each(|name| {
         command.env_remove(name);
     });
+}
+
+/// Whatever runs beside this test has another control socket.
+fn own_runtime(command: &mut Command) -> TempDir {
+    let runtime = TempDir::new();
+    // Also for one that runs as somebody else.
+    fs::set_permissions(runtime.path(""), Permissions::from_mode(0o777)).expect("our directory");
+    if !command.get_envs().any(|(name, _)| name == "RUNTIME_DIRECTORY") {
+        command.env("RUNTIME_DIRECTORY", runtime.path(""));
+    }
+    runtime
 }
 
 /// Nobody outlives the test that started it.

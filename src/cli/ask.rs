@@ -1,0 +1,167 @@
+//! The commands that ask a running daemon, or tell it what to do.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+use crate::config::LogLevel;
+use crate::control::{Answer, Client, ClientError, Request};
+
+/// Whom to ask.
+#[derive(Args, Clone, Debug)]
+pub struct AskArgs {
+    /// The control socket of the daemon; without it, it is looked for where daemons have it
+    #[arg(long, value_name = "PATH")]
+    pub control: Option<PathBuf>,
+}
+
+/// How to show what is going on.
+#[derive(Args, Clone, Debug)]
+pub struct StatusArgs {
+    /// Print one snapshot as JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Whom to ask
+    #[command(flatten)]
+    pub ask: AskArgs,
+}
+
+/// What can be done with endpoints of a running daemon. It lasts until the next reload or start.
+#[derive(Subcommand, Debug)]
+pub enum EndpointCommand {
+    /// Join another endpoint
+    Add {
+        /// As on the command line: udpout:10.0.0.2:14550?name=laptop
+        #[arg(value_name = "ENDPOINT")]
+        endpoint: String,
+        /// Whom to tell
+        #[command(flatten)]
+        ask: AskArgs,
+    },
+    /// Give the endpoint of the same name these settings; links stay where that is possible
+    Change {
+        /// As on the command line, with its name
+        #[arg(value_name = "ENDPOINT")]
+        endpoint: String,
+        /// Whom to tell
+        #[command(flatten)]
+        ask: AskArgs,
+    },
+    /// Close an endpoint and forget it
+    Remove {
+        /// Its name, or its address if it has none
+        #[arg(value_name = "NAME")]
+        name: String,
+        /// Whom to tell
+        #[command(flatten)]
+        ask: AskArgs,
+    },
+    /// Open an endpoint that was switched off
+    Enable {
+        /// Its name, or its address if it has none
+        #[arg(value_name = "NAME")]
+        name: String,
+        /// Whom to tell
+        #[command(flatten)]
+        ask: AskArgs,
+    },
+    /// Close an endpoint until it is switched on again
+    Disable {
+        /// Its name, or its address if it has none
+        #[arg(value_name = "NAME")]
+        name: String,
+        /// Whom to tell
+        #[command(flatten)]
+        ask: AskArgs,
+    },
+}
+
+/// What to log from now on.
+#[derive(Args, Clone, Debug)]
+pub struct LogLevelArgs {
+    /// How much
+    #[arg(value_name = "LEVEL")]
+    pub level: LogLevel,
+    /// Whom to tell
+    #[command(flatten)]
+    pub ask: AskArgs,
+}
+
+/// Why a command could not be carried out.
+#[derive(Debug, thiserror::Error)]
+pub enum AskError {
+    /// The daemon cannot be asked, or says why not.
+    #[error(transparent)]
+    Client(#[from] ClientError),
+    /// What is to be said cannot be written.
+    #[error("cannot write to standard output: {0}")]
+    Output(#[from] io::Error),
+}
+
+impl AskArgs {
+    /// A connection to the daemon.
+    ///
+    /// # Errors
+    ///
+    /// If there is none.
+    pub fn connect(&self) -> Result<Client, ClientError> {
+        Client::connect(self.control.as_deref())
+    }
+
+    /// Has something done; says what was done.
+    fn tell(&self, request: Request) -> Result<String, AskError> {
+        match self.connect()?.ask(request)? {
+            Answer::Done(text) => Ok(format!("{text}\n")),
+            _ => Err(ClientError::Unexpected.into()),
+        }
+    }
+}
+
+impl StatusArgs {
+    /// Asks, and says what is going on.
+    ///
+    /// # Errors
+    ///
+    /// If there is no daemon that answers.
+    pub fn run(&self) -> Result<String, AskError> {
+        let snapshot = self.ask.connect()?.status()?;
+        let mut text = Vec::new();
+        serde_json::to_writer_pretty(&mut text, &snapshot).map_err(io::Error::from)?;
+        writeln!(text)?;
+        Ok(String::from_utf8_lossy(&text).into_owned())
+    }
+}
+
+impl EndpointCommand {
+    /// Has it done; says what was done.
+    ///
+    /// # Errors
+    ///
+    /// If there is no daemon that does it.
+    pub fn run(&self) -> Result<String, AskError> {
+        let (ask, request) = match self {
+            Self::Add { endpoint, ask } => {
+                (ask, Request::EndpointAdd { endpoint: endpoint.clone() })
+            }
+            Self::Change { endpoint, ask } => {
+                (ask, Request::EndpointChange { endpoint: endpoint.clone() })
+            }
+            Self::Remove { name, ask } => (ask, Request::EndpointRemove { name: name.clone() }),
+            Self::Enable { name, ask } => (ask, Request::EndpointEnable { name: name.clone() }),
+            Self::Disable { name, ask } => (ask, Request::EndpointDisable { name: name.clone() }),
+        };
+        ask.tell(request)
+    }
+}
+
+impl LogLevelArgs {
+    /// Has it done; says what was done.
+    ///
+    /// # Errors
+    ///
+    /// If there is no daemon that does it.
+    pub fn run(&self) -> Result<String, AskError> {
+        self.ask.tell(Request::LogLevel { level: self.level.name() })
+    }
+}

@@ -1,0 +1,186 @@
+//! `mavswitch log`: what can be done with telemetry logs.
+
+use std::io;
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+use crate::config::{MessageRef, ids, messages};
+use crate::mavlink::{Dialect, MessageId};
+use crate::record::tools::{Copied, ToolError, filter, info, merge};
+use crate::record::{Moment, Selection};
+use crate::routing::FilterLists;
+
+/// What can be done with telemetry logs (.tlog).
+#[derive(Subcommand, Debug)]
+pub enum LogCommand {
+    /// Tell what is in a log: duration, components, messages and their rates, pauses, loss
+    Info {
+        /// A telemetry log
+        #[arg(value_name = "FILE")]
+        file: PathBuf,
+    },
+    /// Make a log of a part of one
+    Cut {
+        /// A telemetry log
+        #[arg(value_name = "FILE")]
+        file: PathBuf,
+        /// Which part
+        #[command(flatten)]
+        part: Part,
+        /// The new log
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// Make one log of several, in the order of their times
+    Merge {
+        /// Telemetry logs
+        #[arg(value_name = "FILE", required = true, num_args = 2..)]
+        files: Vec<PathBuf>,
+        /// The new log
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// Make a log of some messages, systems or components of one
+    Filter {
+        /// A telemetry log
+        #[arg(value_name = "FILE")]
+        file: PathBuf,
+        /// What passes
+        #[command(flatten)]
+        lists: Box<Lists>,
+        /// Which part
+        #[command(flatten)]
+        part: Part,
+        /// The new log
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+}
+
+/// Which part of a log.
+#[derive(Args, Clone, Debug)]
+pub struct Part {
+    /// Leave out what is before: 90 or 1m30s after the start, or 2026-11-22T10:30:00 (UTC)
+    #[arg(long, value_name = "TIME")]
+    pub from: Option<Moment>,
+    /// Leave out what is from then on
+    #[arg(long, value_name = "TIME")]
+    pub to: Option<Moment>,
+}
+
+/// What passes, as the filters of endpoints have it.
+#[derive(Args, Clone, Debug)]
+pub struct Lists {
+    /// Only these messages, by name or number
+    #[arg(long, value_name = "MESSAGE[,MESSAGE...]")]
+    pub allow_messages: Option<String>,
+    /// Not these messages
+    #[arg(long, value_name = "MESSAGE[,MESSAGE...]")]
+    pub block_messages: Option<String>,
+    /// Only what these systems sent
+    #[arg(long, value_name = "ID[,ID...]")]
+    pub allow_systems: Option<String>,
+    /// Not what these systems sent
+    #[arg(long, value_name = "ID[,ID...]")]
+    pub block_systems: Option<String>,
+    /// Only what components with these ids sent
+    #[arg(long, value_name = "ID[,ID...]")]
+    pub allow_components: Option<String>,
+    /// Not what components with these ids sent
+    #[arg(long, value_name = "ID[,ID...]")]
+    pub block_components: Option<String>,
+}
+
+/// Why a log command could not be carried out.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// The tool says why.
+    #[error(transparent)]
+    Tool(#[from] ToolError),
+    /// A list of the filter is wrong.
+    #[error("--{0} {1}: {2}")]
+    List(&'static str, String, &'static str),
+    /// What is to be said cannot be written.
+    #[error("cannot write to standard output: {0}")]
+    Output(#[from] io::Error),
+}
+
+impl LogCommand {
+    /// Carries it out; says what came of it, for a person.
+    ///
+    /// # Errors
+    ///
+    /// If a list is wrong, or a file cannot be read or written.
+    pub fn run(&self) -> Result<String, LogError> {
+        let copied = match self {
+            Self::Info { file } => return Ok(info(file)?.to_string()),
+            Self::Cut { file, part, output } => {
+                filter(file, output, &mut part.select(&FilterLists::default()))?
+            }
+            Self::Merge { files, output } => {
+                let files: Vec<_> = files.iter().map(PathBuf::as_path).collect();
+                merge(&files, output)?
+            }
+            Self::Filter { file, lists, part, output } => {
+                filter(file, output, &mut part.select(&lists.read()?))?
+            }
+        };
+        Ok(told(copied))
+    }
+}
+
+fn told(copied: Copied) -> String {
+    let Copied { written, read, skipped_bytes } = copied;
+    let skipped = match skipped_bytes {
+        0 => String::new(),
+        bytes => format!("; {bytes} bytes belong to no frame"),
+    };
+    format!("{written} of {read} frames written{skipped}\n")
+}
+
+impl Part {
+    fn select(&self, lists: &FilterLists) -> Selection {
+        Selection::new(self.from, self.to, lists)
+    }
+}
+
+impl Lists {
+    fn read(&self) -> Result<FilterLists, LogError> {
+        let dialect = Dialect::builtin();
+        let message_ids =
+            |name, list: &Option<String>| read_messages(name, list.as_deref(), &dialect);
+        Ok(FilterLists {
+            allow_messages: message_ids("allow-messages", &self.allow_messages)?,
+            block_messages: message_ids("block-messages", &self.block_messages)?,
+            allow_systems: read_ids("allow-systems", self.allow_systems.as_deref())?,
+            block_systems: read_ids("block-systems", self.block_systems.as_deref())?,
+            allow_components: read_ids("allow-components", self.allow_components.as_deref())?,
+            block_components: read_ids("block-components", self.block_components.as_deref())?,
+        })
+    }
+}
+
+fn read_ids(name: &'static str, list: Option<&str>) -> Result<Vec<u8>, LogError> {
+    let Some(text) = list else { return Ok(Vec::new()) };
+    let expected = "expected ids of 0 to 255 with commas between";
+    ids(text).ok_or_else(|| LogError::List(name, text.to_owned(), expected))
+}
+
+fn read_messages(
+    name: &'static str,
+    list: Option<&str>,
+    dialect: &Dialect,
+) -> Result<Vec<MessageId>, LogError> {
+    let Some(text) = list else { return Ok(Vec::new()) };
+    let wrong = |why| LogError::List(name, text.to_owned(), why);
+    let expected = "expected messages by name or number with commas between";
+    let messages = messages(text).ok_or_else(|| wrong(expected))?;
+    let id = |message| match message {
+        MessageRef::Id(id) => Ok(MessageId(id)),
+        MessageRef::Name(name) => {
+            dialect.id_of(&name).ok_or_else(|| wrong("no message is called so (write its number)"))
+        }
+    };
+    messages.into_iter().map(id).collect()
+}

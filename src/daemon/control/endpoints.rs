@@ -1,0 +1,156 @@
+//! Endpoints come, go and change by request, in the same way as by a reload: what is wanted from now
+//! on is laid beside what there is. The next reload leads back to what the files say.
+
+use tracing::info;
+
+use super::super::endpoint::State;
+use super::super::endpoint_table::EndpointId;
+use super::super::event_loop::Daemon;
+use super::super::settings::settle;
+use crate::config::EndpointConfig;
+use crate::control::Answer;
+
+/// What was done, or why it was not.
+type Outcome = Result<String, String>;
+
+impl Daemon {
+    pub(super) fn request_add(&mut self, text: &str) -> Answer {
+        answer(self.add_by_request(text))
+    }
+
+    pub(super) fn request_change(&mut self, text: &str) -> Answer {
+        answer(self.change_by_request(text))
+    }
+
+    pub(super) fn request_remove(&mut self, name: &str) -> Answer {
+        answer(self.remove_by_request(name))
+    }
+
+    pub(super) fn request_enabled(&mut self, name: &str, is_enabled: bool) -> Answer {
+        answer(self.switch_by_request(name, is_enabled))
+    }
+
+    fn add_by_request(&mut self, text: &str) -> Outcome {
+        let config: EndpointConfig = text.parse().map_err(|error| format!("{error}"))?;
+        let name = config.name();
+        if self.named(&name).next().is_some() {
+            return Err(format!(
+                "there is an endpoint {name} already: give this one a name of its own \
+                 (?name=NAME), or change that one (`mavswitch endpoint change`)"
+            ));
+        }
+        let before = self.configs();
+        let mut wanted = before.clone();
+        wanted.push(config);
+        self.want(wanted)?;
+        info!("{name}: added by request");
+        match self.shortcoming(&name) {
+            None => Ok(format!("{name}: added, until the next reload or start")),
+            Some((reason, true)) => Ok(format!("{name}: added; {reason}; waiting for it")),
+            Some((reason, false)) => {
+                self.want(before)?;
+                Err(format!("{name}: not added: {reason}"))
+            }
+        }
+    }
+
+    fn change_by_request(&mut self, text: &str) -> Outcome {
+        let config: EndpointConfig = text.parse().map_err(|error| format!("{error}"))?;
+        let name = config.name();
+        let index = self.one_named(&name)?;
+        if self.io.endpoints[index].config == config {
+            return Ok(format!("{name}: is so already"));
+        }
+        self.want_instead(index, Some(config))?;
+        info!("{name}: changed by request");
+        match self.shortcoming(&name) {
+            None => Ok(format!("{name}: changed, until the next reload or start")),
+            Some((reason, _)) => Ok(format!("{name}: changed; {reason}; waiting for it")),
+        }
+    }
+
+    fn remove_by_request(&mut self, name: &str) -> Outcome {
+        let index = self.one_named(name)?;
+        self.want_instead(index, None)?;
+        Ok(format!("{name}: removed, until the next reload or start"))
+    }
+
+    fn switch_by_request(&mut self, name: &str, is_enabled: bool) -> Outcome {
+        let index = self.one_named(name)?;
+        let mut config = self.io.endpoints[index].config.clone();
+        let word = if is_enabled { "on" } else { "off" };
+        if std::mem::replace(&mut config.options.enabled, is_enabled) == is_enabled {
+            return Ok(format!("{name}: is switched {word} already"));
+        }
+        self.want_instead(index, Some(config))?;
+        match self.shortcoming(name) {
+            Some((reason, _)) => Ok(format!("{name}: switched {word}; {reason}; waiting for it")),
+            None => Ok(format!("{name}: switched {word}, until the next reload or start")),
+        }
+    }
+
+    fn configs(&self) -> Vec<EndpointConfig> {
+        self.io.endpoints.iter().map(|endpoint| endpoint.config.clone()).collect()
+    }
+
+    /// Puts another one in the place of an endpoint, or none.
+    fn want_instead(
+        &mut self,
+        index: EndpointId,
+        instead: Option<EndpointConfig>,
+    ) -> Result<(), String> {
+        let ids = self.io.endpoints.ids();
+        let mut instead = Some(instead);
+        let wanted = ids.into_iter().filter_map(|id| match id {
+            id if id == index => instead.take().flatten(),
+            id => Some(self.io.endpoints[id].config.clone()),
+        });
+        let wanted = wanted.collect();
+        self.want(wanted)
+    }
+
+    fn want(&mut self, wanted: Vec<EndpointConfig>) -> Result<(), String> {
+        let settled = settle(wanted, self.checker.dialect()).map_err(|error| error.to_string())?;
+        self.change_all(settled);
+        Ok(())
+    }
+
+    fn named(&self, name: &str) -> impl Iterator<Item = EndpointId> {
+        let ids = self.io.endpoints.ids().into_iter();
+        ids.filter(move |id| self.io.endpoints[*id].name == name)
+    }
+
+    /// The one endpoint of this name.
+    fn one_named(&self, name: &str) -> Result<EndpointId, String> {
+        let mut named = self.named(name);
+        match (named.next(), named.next()) {
+            (Some(index), None) => Ok(index),
+            (Some(_), Some(_)) => {
+                Err(format!("there are several endpoints {name}: give them names (?name=NAME)"))
+            }
+            (None, _) => Err(format!("there is no endpoint {name} ({})", self.known_names())),
+        }
+    }
+
+    fn known_names(&self) -> String {
+        let names: Vec<&str> = self.io.endpoints.iter().map(|it| it.name.as_str()).collect();
+        match &names[..] {
+            [] => "there is none at all".to_owned(),
+            names => format!("there are: {}", names.join(", ")),
+        }
+    }
+
+    /// Why an endpoint is not open, and whether waiting may help.
+    fn shortcoming(&self, name: &str) -> Option<(String, bool)> {
+        let endpoint = &self.io.endpoints[self.named(name).next()?];
+        let State::Waiting = endpoint.state else { return None };
+        endpoint.failure.as_ref().map(|failure| (failure.text.clone(), failure.may_pass))
+    }
+}
+
+fn answer(outcome: Outcome) -> Answer {
+    match outcome {
+        Ok(text) => Answer::Done(text),
+        Err(text) => Answer::Error(text),
+    }
+}
