@@ -1,6 +1,6 @@
 //! Follows the daemon from a thread of its own, and connects again when it has gone.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread;
 use std::time::Duration;
@@ -31,11 +31,11 @@ pub(super) fn follow(client: Client, path: Option<&Path>) -> std::io::Result<Rec
     let path = path.map(Path::to_owned);
     thread::Builder::new()
         .name("follow".to_owned())
-        .spawn(move || follow_for_ever(client, path, &sender))?;
+        .spawn(move || follow_for_ever(client, path.as_deref(), &sender))?;
     Ok(receiver)
 }
 
-fn follow_for_ever(client: Client, path: Option<PathBuf>, sender: &Sender<News>) {
+fn follow_for_ever(client: Client, path: Option<&Path>, sender: &Sender<News>) {
     let mut client = Ok(client);
     loop {
         let error = match client {
@@ -49,7 +49,7 @@ fn follow_for_ever(client: Client, path: Option<PathBuf>, sender: &Sender<News>)
             return;
         }
         thread::sleep(INTERVAL);
-        client = Client::connect(path.as_deref());
+        client = Client::connect(path);
     }
 }
 

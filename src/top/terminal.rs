@@ -79,13 +79,11 @@ fn show(
         // A signal interrupts it, which is no failure.
         if event::poll(TURN).unwrap_or(false) {
             is_changed = true;
-            match event::read()? {
-                Event::Key(key) if key.kind != KeyEventKind::Release => {
-                    if app.handle_key(key) == Next::Quit {
-                        return Ok(());
-                    }
-                }
-                _ => {}
+            if let Event::Key(key) = event::read()?
+                && key.kind != KeyEventKind::Release
+                && app.handle_key(key) == Next::Quit
+            {
+                return Ok(());
             }
         }
     }

@@ -49,11 +49,6 @@ pub(super) struct Response {
     body: Cow<'static, [u8]>,
 }
 
-/// The page may use what stands in itself, and ask us; nothing else, and nobody may frame it.
-const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; \
-                      connect-src 'self'; img-src data:; base-uri 'none'; form-action 'none'; \
-                      frame-ancestors 'none'";
-
 impl Response {
     pub(super) fn refusal(status: Status) -> Self {
         let body = status.text().as_bytes().into();
@@ -88,7 +83,7 @@ impl Response {
             bytes,
             "HTTP/1.1 {}\r\nContent-Type: {content_type}\r\nContent-Length: {}\r\n{allow}\
              Cache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n\
-             Content-Security-Policy: {POLICY}\r\nConnection: close\r\n\r\n",
+             X-Frame-Options: DENY\r\nConnection: close\r\n\r\n",
             status.line(),
             body.len(),
         );

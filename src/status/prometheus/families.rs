@@ -33,6 +33,7 @@ pub(super) struct Picture {
 struct Family(&'static str, Option<Unit>, &'static str);
 
 type CounterOf = (Family, fn(&Counters) -> u64);
+type CountOf = (Family, fn(&Counts) -> u64);
 type GaugeOf = (Family, fn(&EndpointStatus) -> f64);
 
 impl Picture {
@@ -46,7 +47,7 @@ impl Picture {
         let build = Family("build_info", None, "The version that runs; always 1");
         gauges(encoder, &build, [([("version", version)], 1u64)])?;
         let uptime = Family("uptime", Some(Unit::Seconds), "How long the program has run");
-        gauge(encoder, &uptime, self.snapshot.time_us as f64 / 1e6)
+        gauge(encoder, &uptime, &(self.snapshot.time_us as f64 / 1e6))
     }
 
     fn endpoint_counters(&self, encoder: &mut DescriptorEncoder<'_>) -> Result<(), Error> {
@@ -80,7 +81,7 @@ impl Picture {
     }
 
     fn component_counters(&self, encoder: &mut DescriptorEncoder<'_>) -> Result<(), Error> {
-        let families: [(Family, fn(&Counts) -> u64); 2] = [
+        let families: [CountOf; 2] = [
             (Family("component_frames", None, "Frames heard of a component"), |it| it.frames),
             (Family("component_lost_frames", None, "Frames lost, by the sequence numbers"), |it| {
                 it.lost
@@ -108,11 +109,11 @@ impl Picture {
         gauges(encoder, &armed, shown().filter_map(|it| Some((component(it), armed_value(it)?))))?;
         let known = self.snapshot.components.len();
         let all = Family("components", None, "How many components are known");
-        gauge(encoder, &all, known as u64)?;
+        gauge(encoder, &all, &(known as u64))?;
         let others = known.saturating_sub(MAX_COMPONENT_SERIES) as u64;
         let left_out =
             Family("components_left_out", None, "Components without series of their own");
-        gauge(encoder, &left_out, others)
+        gauge(encoder, &left_out, &others)
     }
 
     fn endpoints(&self) -> impl Iterator<Item = (&str, &EndpointStatus, &Counters)> {
@@ -257,8 +258,8 @@ fn gauges<L: EncodeLabelSet, V: EncodeGaugeValue>(
 fn gauge(
     encoder: &mut DescriptorEncoder<'_>,
     Family(name, unit, help): &Family,
-    value: impl EncodeGaugeValue,
+    value: &impl EncodeGaugeValue,
 ) -> Result<(), Error> {
     let gauge = MetricType::Gauge;
-    encoder.encode_descriptor(name, help, unit.as_ref(), gauge)?.encode_gauge(&value)
+    encoder.encode_descriptor(name, help, unit.as_ref(), gauge)?.encode_gauge(value)
 }

@@ -110,7 +110,7 @@ fn screen(app: &App, width: u16, height: u16) -> Vec<String> {
     terminal.draw(|frame| draw(app, frame)).unwrap();
     let buffer = terminal.backend().buffer();
     let lines = buffer.content.chunks(usize::from(width));
-    lines.map(|line| line.iter().map(|cell| cell.symbol()).collect::<String>()).collect()
+    lines.map(|line| line.iter().map(ratatui::buffer::Cell::symbol).collect::<String>()).collect()
 }
 
 /// The line that begins with `start`, its words one blank apart.
