@@ -2,6 +2,7 @@
 
 mod ask;
 mod log;
+mod record;
 mod routerd;
 
 use std::net::SocketAddr;
@@ -19,6 +20,7 @@ use crate::routing::Learn;
 
 pub use ask::{AskArgs, AskError, EndpointCommand, LogLevelArgs, StatusArgs};
 pub use log::{LogCommand, LogError};
+pub use record::RecordArgs;
 pub use routerd::{NOTHING_FOR_ROUTERD, ROUTERD, RouterdCli};
 
 /// Routes MAVLink frames between autopilot, radios, onboard programs and ground stations.
@@ -152,6 +154,10 @@ pub struct RouteArgs {
     /// $XDG_RUNTIME_DIR/mavswitch, or for root in /run/mavswitch.
     #[arg(long, value_name = "PATH|off", value_parser = control_place)]
     pub control: Option<ControlPlace>,
+
+    /// What to record.
+    #[command(flatten)]
+    pub record: RecordArgs,
 }
 
 /// What to log, and how.
@@ -230,6 +236,7 @@ impl RouteArgs {
         if let Some(place) = &self.control {
             config.general.control = place.clone();
         }
+        self.record.apply_to(&mut config.general.record);
         config.add(&self.endpoints)
     }
 }

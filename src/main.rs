@@ -208,7 +208,8 @@ fn names(files: &[PathBuf]) -> String {
 
 fn print_config(cli: &Cli) -> Result<(), Box<dyn Error>> {
     let mut config = cli.config()?;
-    for file in &mut config.general.dialect {
+    let general = &mut config.general;
+    for file in general.dialect.iter_mut().chain(&mut general.record.dir) {
         // In a file, names are relative to the file.
         *file = path::absolute(&*file)?;
     }

@@ -1,6 +1,6 @@
 # Print an optspec for argparse to handle cmd's options that are independent of any subcommand.
 function __fish_mavswitch_global_optspecs
-    string join \n c/config= learn= strict= route-age= sniffer= dialect= control= v/verbose q/quiet log-format= h/help V/version
+    string join \n c/config= learn= strict= route-age= sniffer= dialect= control= record= record-telemetry= record-when= record-max-size= record-max-time= record-min-free= record-max-files= v/verbose q/quiet log-format= h/help V/version
 end
 
 function __fish_mavswitch_needs_command
@@ -33,6 +33,15 @@ complete -c mavswitch -n "__fish_mavswitch_needs_command" -l route-age -d 'Forge
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l sniffer -d 'Send everything to the links on which this system id is heard, whoever it is for' -r
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l dialect -d 'Know the messages of this XML definition file too; may be repeated' -r -F
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l control -d 'Where to have the control socket, by which `mavswitch status` and others ask; off: nowhere' -r
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -l record -d 'Record all traffic to this directory, as telemetry logs (.tlog)' -r -F
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -l record-telemetry -d 'Record all traffic, if there is a directory for it [default: true]' -r -f -a "true\t''
+false\t''"
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -l record-when -d 'When to record [default: always]' -r -f -a "always\t'As long as the program runs'
+armed\t'While a vehicle is armed'"
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -l record-max-size -d 'Begin another telemetry log after so many bytes, as 100M; 0: never [default: 0]' -r
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -l record-max-time -d 'Begin another telemetry log after so long, as 30m; 0: never [default: 0]' -r
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -l record-min-free -d 'Delete the oldest records so that so much of the disk is free; 0: never [default: 100M]' -r
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -l record-max-files -d 'Delete the oldest records so that there are no more; 0: never [default: 0]' -r
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
 text\t'One line of text for each event, with the time'
 json\t'One JSON object for each event'
@@ -249,6 +258,15 @@ complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l route-age
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l sniffer -d 'Send everything to the links on which this system id is heard, whoever it is for' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l dialect -d 'Know the messages of this XML definition file too; may be repeated' -r -F
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l control -d 'Where to have the control socket, by which `mavswitch status` and others ask; off: nowhere' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l record -d 'Record all traffic to this directory, as telemetry logs (.tlog)' -r -F
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l record-telemetry -d 'Record all traffic, if there is a directory for it [default: true]' -r -f -a "true\t''
+false\t''"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l record-when -d 'When to record [default: always]' -r -f -a "always\t'As long as the program runs'
+armed\t'While a vehicle is armed'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l record-max-size -d 'Begin another telemetry log after so many bytes, as 100M; 0: never [default: 0]' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l record-max-time -d 'Begin another telemetry log after so long, as 30m; 0: never [default: 0]' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l record-min-free -d 'Delete the oldest records so that so much of the disk is free; 0: never [default: 100M]' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l record-max-files -d 'Delete the oldest records so that there are no more; 0: never [default: 0]' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
 text\t'One line of text for each event, with the time'
 json\t'One JSON object for each event'

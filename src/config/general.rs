@@ -7,6 +7,7 @@ use std::time::Duration;
 use clap::ValueEnum;
 
 use super::control_place::ControlPlace;
+use super::record::{self, RecordOptions};
 use super::shape::Shape;
 use super::value::{self, FOREVER};
 use crate::routing::{Learn, RouterOptions};
@@ -26,6 +27,8 @@ pub struct General {
     pub metrics: Option<SocketAddr>,
     /// Where the control socket is.
     pub control: ControlPlace,
+    /// What to record.
+    pub record: RecordOptions,
 }
 
 /// How log lines look.
@@ -186,6 +189,13 @@ pub const GENERAL: &[GeneralSpec] = &[
         },
         show: |general| general.control.show().into_iter().collect(),
     },
+    record::RECORD,
+    record::TELEMETRY,
+    record::WHEN,
+    record::MAX_SIZE,
+    record::MAX_TIME,
+    record::MIN_FREE,
+    record::MAX_FILES,
 ];
 
 impl LogLevel {
@@ -226,15 +236,15 @@ fn show_learn(learn: Learn) -> &'static str {
     }
 }
 
-fn choice<T: ValueEnum>(word: &str) -> Option<T> {
+pub(super) fn choice<T: ValueEnum>(word: &str) -> Option<T> {
     T::from_str(word, false).ok()
 }
 
-fn show_choice(value: &impl ValueEnum) -> Vec<String> {
+pub(super) fn show_choice(value: &impl ValueEnum) -> Vec<String> {
     value.to_possible_value().map(|value| value.get_name().to_owned()).into_iter().collect()
 }
 
-fn put<T>(field: &mut T, value: Option<T>) -> Option<()> {
+pub(super) fn put<T>(field: &mut T, value: Option<T>) -> Option<()> {
     *field = value?;
     Some(())
 }
@@ -261,6 +271,7 @@ mod tests {
         }
         assert_named::<LogFormat>("log_format");
         assert_named::<LogLevel>("log_level");
+        assert_named::<record::RecordWhen>("record_when");
     }
 
     #[test]

@@ -116,7 +116,7 @@ impl Reader<'_> {
         value: &Spanned<DeValue<'_>>,
     ) -> Option<Setting<GeneralSpec>> {
         let mut setting = self.setting(spec, spec.shape, (spec.name, spec.expects), value)?;
-        if spec.shape == Shape::Paths {
+        if matches!(spec.shape, Shape::Paths | Shape::Path) {
             for (path, _) in &mut setting.words {
                 *path = self.source.resolve(Path::new(path)).display().to_string();
             }

@@ -57,6 +57,8 @@ pub struct EndpointOptions {
     /// Whether SETUP_SIGNING, which carries a secret key, may pass between this endpoint and others
     /// that allow it.
     pub forward_setup_signing: bool,
+    /// Whether what comes from this endpoint is recorded, if anything is.
+    pub record: bool,
     /// The name of the path that this endpoint shares with others, 1 to 64 characters. Nothing is
     /// forwarded within a group.
     pub group: Option<String>,
@@ -91,6 +93,7 @@ impl Default for EndpointOptions {
             filter_out: FilterOptions::default(),
             sniffer: false,
             forward_setup_signing: false,
+            record: true,
             group: None,
             path: PathChoice::All,
             prefer: 0,

@@ -27,6 +27,8 @@ pub enum Shape {
     Rates,
     /// An array of strings, or one string.
     Paths,
+    /// A string: one file or directory.
+    Path,
 }
 
 /// The text of a value, and where it stands.
@@ -60,7 +62,7 @@ impl Shape {
         match (self, value) {
             (Self::Flag | Self::Number, DeValue::String(_)) => None,
             (_, DeValue::String(text)) => Some(text.clone().into_owned()),
-            (Self::Text | Self::Paths, _) => None,
+            (Self::Text | Self::Paths | Self::Path, _) => None,
             (_, DeValue::Integer(_) | DeValue::Float(_)) => number(value),
             _ => None,
         }
@@ -70,8 +72,10 @@ impl Shape {
     pub(super) fn hint(self, value: &DeValue<'_>) -> &'static str {
         match (self, value) {
             (Self::Flag | Self::Number, DeValue::String(_)) => ", without quotes",
-            (Self::Text | Self::Paths, DeValue::Integer(_) | DeValue::Float(_)) => ", in quotes",
-            (Self::Text | Self::Paths, DeValue::Boolean(_)) => ", in quotes",
+            (
+                Self::Text | Self::Paths | Self::Path,
+                DeValue::Integer(_) | DeValue::Float(_) | DeValue::Boolean(_),
+            ) => ", in quotes",
             (Self::List | Self::Rates, DeValue::Array(array)) if array.is_empty() => {
                 "; or leave the key out"
             }
@@ -85,7 +89,7 @@ impl Shape {
     pub(super) fn to_toml(self, words: &[String]) -> String {
         let first = words.first().map_or("", String::as_str);
         match self {
-            Self::Text | Self::Time => quoted(first),
+            Self::Text | Self::Time | Self::Path => quoted(first),
             Self::Number | Self::Flag => first.to_owned(),
             Self::List => {
                 array(words, |word| if is_digits(word) { word.into() } else { quoted(word) })

@@ -24,6 +24,7 @@ use super::transmit::{Io, tell_of_room};
 use crate::config::{EndpointConfig, General};
 use crate::link::{Inbox, Opener, Resolver};
 use crate::mavlink::{Checker, Dialect};
+use crate::record::Recorder;
 use crate::routing::{LinkId, LinkSet, Router, Time};
 
 /// What the daemon is to do.
@@ -76,6 +77,8 @@ pub(super) struct Daemon {
     pub(super) component_log: LogLimit,
     pub(super) notifier: Notifier,
     pub(super) unrouted_log: LogLimit,
+    /// Copies what is received to files, if it is to.
+    pub(super) recorder: Option<Recorder>,
 }
 
 /// Something that has more to read.
@@ -154,9 +157,11 @@ pub fn run(config: DaemonConfig, host: Arc<dyn Host>) -> Result<(), StartError> 
     daemon.open_all()?;
     daemon.open_control();
     daemon.open_http();
+    daemon.start_recorder();
     info!("ready");
     daemon.tell_ready();
     daemon.work().map_err(StartError::System)?;
+    daemon.stop_recorder();
     daemon.close_serial_ports();
     Ok(())
 }
@@ -217,6 +222,7 @@ impl Daemon {
             component_log: LogLimit::new(now),
             notifier: Notifier::from_environment(),
             unrouted_log: LogLimit::new(now),
+            recorder: None,
         })
     }
 
@@ -277,7 +283,9 @@ impl Daemon {
             Err(error) if error.kind() != io::ErrorKind::Interrupted => return Err(error),
             _ => {}
         }
+        let wall = self.wall_clock();
         self.now = self.clock();
+        self.begin_record_turn(wall);
         let leftover = std::mem::take(&mut self.ready);
         let mut stop = false;
         for event in events.iter() {
@@ -297,6 +305,9 @@ impl Daemon {
         self.handle_unsent();
         self.report_events();
         self.tell_status();
+        if let Some(recorder) = &mut self.recorder {
+            recorder.end_turn();
+        }
         self.set_timers();
         Ok(stop)
     }

@@ -22,6 +22,7 @@ mod open;
 mod peers;
 mod plan;
 mod receive;
+mod record;
 mod reload;
 mod report;
 mod serial;

@@ -195,7 +195,13 @@ impl Daemon {
                 admission = self.admit_peer(index, source);
             }
             if let Admission::Peer(link) = admission {
-                self.router.handle(link, &frame, self.now);
+                let is_taken = self.router.handle(link, &frame, self.now);
+                if is_taken
+                    && let Some(recorder) = &mut self.recorder
+                    && self.io.endpoints[index].options().record
+                {
+                    recorder.record(&frame);
+                }
             }
         }
         self.stranger = bytes;
@@ -212,12 +218,18 @@ impl Daemon {
             return false;
         };
         link.last_read = self.now;
+        // What is recorded is decided once for all that is at hand.
+        let mut recorder =
+            self.recorder.as_mut().filter(|_| self.io.endpoints[link.endpoint].options().record);
         let mut splitter = std::mem::take(&mut link.splitter);
         let mut verified = false;
         let mut cutter = splitter.cut(self.inbox.slot(slot), received, input);
         while let Some(frame) = cutter.next(&mut self.checker) {
             verified |= frame.verified;
-            self.router.handle(id, &frame, self.now);
+            let is_taken = self.router.handle(id, &frame, self.now);
+            if is_taken && let Some(recorder) = &mut recorder {
+                recorder.record(&frame);
+            }
             if self.router.has_filling() {
                 self.io.flush_filling(&mut self.router, self.now);
             }

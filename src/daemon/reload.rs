@@ -229,7 +229,8 @@ impl Daemon {
             }
         }
         self.router.set_options(general.router, self.now);
-        self.general = general;
+        let before = std::mem::replace(&mut self.general, general);
+        self.change_recorder(&before.record);
         self.open_http();
     }
 }

@@ -12,6 +12,7 @@ mod encode;
 mod frame;
 mod id;
 mod splitter;
+mod unsigned;
 
 pub use checker::{Checker, Evidence, Sighting, Verdict};
 pub use crc::{Crc, implied_extra};
@@ -27,3 +28,4 @@ pub use splitter::{
     CheckedFrame, Cutter, Input, Splitter, SplitterStats, fuzz_splitter,
     fuzz_splitter_with_checksums,
 };
+pub use unsigned::unsigned;

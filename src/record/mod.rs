@@ -1,12 +1,25 @@
 //! Records: what went over the links, in files of the format that every ground station reads.
 //!
 //! A telemetry log, `.tlog`, is a row of records, each of a time and a frame; [`TlogReader`] and
-//! [`write_record`] are the format. [`tools`] works on such files, whatever their length, in constant
-//! memory.
+//! [`write_record`] are the format. [`Recorder`] makes such files of what the loop hands it, by a
+//! thread of its own: a slow card delays no frame. [`tools`] works on them, whatever their length, in
+//! constant memory.
 
+mod arming;
+mod feed;
+mod flight_files;
+mod output;
+mod recorder;
 mod select;
+mod status;
+mod store;
+#[cfg(test)]
+mod test_dir;
 mod tlog;
 pub mod tools;
+mod writer;
 
+pub use recorder::Recorder;
 pub use select::{BadMoment, Moment, Selection};
+pub use status::{RecordState, RecordStatus};
 pub use tlog::{ReaderStats, Record, TIMESTAMP, TlogReader, fuzz_tlog, write_record};

@@ -104,27 +104,31 @@ impl Router {
 
     /// Takes a frame that arrived on `link` and queues it wherever it belongs.
     ///
-    /// Does nothing if there is no such link.
+    /// Says whether it was taken: not kept out by a filter, nor the copy of another. Does nothing if
+    /// there is no such link.
     #[inline]
-    pub fn handle(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) {
+    pub fn handle(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) -> bool {
         let Some(Some(port)) = self.ports.get_mut(link.index()) else {
-            return;
+            return false;
         };
         port.counters.frames_in += 1;
         port.counters.bytes_in += frame.bytes.len() as u64;
         if !port.takes(frame) {
             port.counters[DropReason::FilteredIn] += 1;
-            return self.handle_filtered(link, frame, now);
+            self.handle_filtered(link, frame, now);
+            return false;
         }
         let arrival = self.arrival(link, frame, now);
         self.learn(link, frame, arrival, now);
         if arrival == Arrival::Copy {
-            return self.count_drop(link, DropReason::Duplicate);
+            self.count_drop(link, DropReason::Duplicate);
+            return false;
         }
         let destinations = self.destinations(link, frame, now);
         if !destinations.is_empty() {
             self.deliver(frame, destinations, now);
         }
+        true
     }
 
     /// Where a frame from `link` goes, whether or not there is room (rules 33-39, 47 and 49).

@@ -26,6 +26,7 @@ mod options;
 mod overload;
 mod overloaded_line;
 mod program;
+mod record;
 mod reload;
 mod resync;
 mod ring;

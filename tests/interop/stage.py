@@ -29,10 +29,9 @@ class Program:
         self._rest = b""
         self.process = subprocess.Popen(
             self.command,
-            stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
-            **popen,
+            **{"stdin": subprocess.DEVNULL, **popen},
         )
         os.set_blocking(self.fileno(), False)
 
@@ -49,6 +48,11 @@ class Program:
             self.ended = not data
             *lines, self._rest = (self._rest + data).split(b"\n")
             self.lines += [line.decode(errors="replace").rstrip("\r") for line in lines]
+
+    def type(self, line):
+        """Types a line, if its standard input is a pipe."""
+        self.process.stdin.write(f"{line}\n".encode())
+        self.process.stdin.flush()
 
     def says(self, pattern):
         """The match of a regular expression in the first line that has one, or None."""

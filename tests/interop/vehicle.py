@@ -1,5 +1,6 @@
-"""The scripted vehicle 1/1: parameters, commands and a mission, answered as an autopilot would."""
+"""The scripted vehicle 1/1: parameters, commands, a mission and files, as an autopilot answers."""
 
+from files import FileServer
 from peers import Peer, mavlink2, source
 
 # Short of what a UDP socket holds, since the whole list is sent at once; exact as 32-bit floats.
@@ -43,6 +44,7 @@ class Vehicle(Peer):
         self.parameters = dict(PARAMETERS)
         self.mission = []
         self.armed = False
+        self.ftp = FileServer()
         # The mission that is being uploaded, and how long it will be.
         self._upload = []
         self._upload_len = 0
@@ -87,6 +89,10 @@ class Vehicle(Peer):
             self.armed = message.param1 == 1.0
             result = mavlink2.MAV_RESULT_ACCEPTED
         self.say("command_ack", command=message.command, result=result, **asker)
+
+    def _on_file_transfer_protocol(self, message, asker):
+        for payload in self.ftp.answer(message.payload):
+            self.say("file_transfer_protocol", target_network=0, payload=payload, **asker)
 
     def _on_mission_count(self, message, asker):
         self._upload, self._upload_len = [], message.count

@@ -110,7 +110,7 @@ fn described_key(
     expects: &str,
 ) -> String {
     let kind = match shape {
-        Shape::Text => "string",
+        Shape::Text | Shape::Path => "string",
         Shape::Number => "number",
         Shape::Flag => "boolean",
         Shape::Time => "time",

@@ -64,7 +64,9 @@ impl Mesh {
         self.on_the_way.push_back((at, bytes.to_vec()));
         while let Some(((router, link), bytes)) = self.on_the_way.pop_front() {
             let (core, now) = (&mut self.routers[router], self.now);
-            Receiver::new().each(&bytes, Input::Paused, |frame| core.handle(link, frame, now));
+            Receiver::new().each(&bytes, Input::Paused, |frame| {
+                core.handle(link, frame, now);
+            });
             if self.leaves == Some((router, link)) {
                 self.routers[router].remove_link(link);
             }

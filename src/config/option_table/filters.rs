@@ -50,4 +50,5 @@ pub(super) const FILTERS: &[OptionSpec] = &[
         ANY,
         forward_setup_signing
     ),
+    flag!("record", "true", "record what comes from here, if anything is recorded", ANY, record),
 ];

@@ -7,6 +7,7 @@ use crate::config::{Address, EndpointConfig, EndpointOptions};
 /// Values at the edges of what each option takes; the second list is refused.
 const EDGES: &[(&str, &[&str], &[&str])] = &[
     ("name", &["n", "50%25 & ä"], &["", "a\u{7}"]),
+    ("enabled", &["true", "false"], &["TRUE"]),
     ("bind", &[":0", "10.0.0.1", "[::1]:1"], &["", "::1", "gcs", "10.0.0.1:65536"]),
     ("dev", &["lo", "fifteen-bytes--"], &["", "sixteen-bytes---"]),
     ("baudrate", &["50", "20000000", "921600,57600"], &["49", "20000001", "57600,", ""]),
@@ -36,6 +37,7 @@ const EDGES: &[(&str, &[&str], &[&str])] = &[
     ("block_components_out", &["1", "0,255"], &["", "256", "1,", "a"]),
     ("sniffer", &["true", "false"], &["yes"]),
     ("forward_setup_signing", &["true", "false"], &["1"]),
+    ("record", &["true", "false"], &["on"]),
     ("group", &["lte"], &[""]),
     ("path", &["all", "best"], &["any"]),
     ("prefer", &["0", "255"], &["256"]),

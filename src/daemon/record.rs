@@ -1,0 +1,55 @@
+//! Recording as the loop sees it: one recorder or none, told when a turn begins and ends.
+
+use std::time::{Duration, SystemTime};
+
+use tracing::{info, warn};
+
+use super::event_loop::Daemon;
+use crate::config::RecordOptions;
+use crate::record::Recorder;
+
+/// How long the writer may take at the end for what waits: a card that hangs keeps nobody.
+const CLOSING: Duration = Duration::from_secs(2);
+
+impl Daemon {
+    /// Begins to record, if that is configured.
+    pub(super) fn start_recorder(&mut self) {
+        let options = &self.general.record;
+        if options.dir.is_none() {
+            return;
+        }
+        match Recorder::start(options, self.now) {
+            Ok(recorder) => self.recorder = Some(recorder),
+            Err(error) => warn!("cannot record: cannot start a thread for it: {error}"),
+        }
+    }
+
+    /// Ends recording; what waits is still written.
+    pub(super) fn stop_recorder(&mut self) {
+        if let Some(recorder) = self.recorder.take() {
+            recorder.stop(CLOSING);
+        }
+    }
+
+    /// What is configured is another.
+    pub(super) fn change_recorder(&mut self, before: &RecordOptions) {
+        if self.general.record == *before {
+            return;
+        }
+        self.stop_recorder();
+        self.start_recorder();
+        info!("recording anew: its options have changed");
+    }
+
+    /// A turn begins that was awake at `wall`.
+    pub(super) fn begin_record_turn(&mut self, wall: Option<SystemTime>) {
+        if let (Some(recorder), Some(wall)) = (&mut self.recorder, wall) {
+            recorder.begin_turn(wall, self.now);
+        }
+    }
+
+    /// The wall clock, for whoever needs it: only the recorder does.
+    pub(super) fn wall_clock(&self) -> Option<SystemTime> {
+        self.recorder.is_some().then(SystemTime::now)
+    }
+}

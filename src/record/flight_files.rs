@@ -1,0 +1,90 @@
+//! The flight-stack logs that are being written: pieces of a file at the places where they belong.
+
+use std::fs::File;
+use std::io;
+use std::os::unix::fs::FileExt;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use tracing::{info, warn};
+
+use super::feed::Piece;
+use super::output::is_there;
+use super::store::Store;
+
+/// Flight-stack logs by slot.
+#[derive(Default)]
+pub(super) struct FlightFiles(Vec<Flight>);
+
+struct Flight {
+    slot: u8,
+    extension: &'static str,
+    /// Made when there is something to write: nobody wants an empty file.
+    file: Option<(File, PathBuf)>,
+    is_touched: bool,
+}
+
+impl FlightFiles {
+    /// A log begins; whatever had its slot before ends.
+    pub(super) fn open(&mut self, slot: u8, extension: &[u8]) {
+        self.close(slot);
+        let extension = if extension == b"ulg" { "ulg" } else { "bin" };
+        self.0.push(Flight { slot, extension, file: None, is_touched: false });
+    }
+
+    /// Writes a piece at its place; says whether a file was made for it. A piece for a slot that is
+    /// not open is nobody's.
+    pub(super) fn write(&mut self, store: &Store, piece: &Piece<'_>) -> io::Result<bool> {
+        let Some(flight) = self.0.iter_mut().find(|it| it.slot == piece.slot) else {
+            return Ok(false);
+        };
+        let is_new = flight.file.is_none();
+        if is_new {
+            let made = store.create(flight.extension, SystemTime::now())?;
+            info!("recording to {}", made.1.display());
+            flight.file = Some(made);
+        }
+        if let Some((file, _)) = &flight.file {
+            file.write_all_at(piece.bytes, piece.number)?;
+            flight.is_touched = true;
+        }
+        Ok(is_new)
+    }
+
+    /// A log ends.
+    pub(super) fn close(&mut self, slot: u8) {
+        self.0.retain(|flight| flight.slot != slot);
+    }
+
+    pub(super) fn close_all(&mut self) {
+        // What the disk says now, nobody can act on.
+        let _ = self.sync();
+        self.0.clear();
+    }
+
+    /// Has the system put on the disk what was written.
+    pub(super) fn sync(&mut self) -> io::Result<()> {
+        for flight in &mut self.0 {
+            if let Some((file, _)) = &flight.file
+                && std::mem::take(&mut flight.is_touched)
+            {
+                file.sync_data()?;
+            }
+        }
+        Ok(())
+    }
+
+    /// A file that is not where it was made is no use; what comes next goes to another.
+    pub(super) fn forget_vanished(&mut self) {
+        for flight in &mut self.0 {
+            if let Some((_, path)) = flight.file.take_if(|(file, path)| !is_there(file, path)) {
+                warn!("record {} has vanished: beginning another", path.display());
+            }
+        }
+    }
+
+    /// The files that are being written.
+    pub(super) fn paths(&self) -> Vec<&Path> {
+        self.0.iter().filter_map(|it| it.file.as_ref()).map(|(_, path)| path.as_path()).collect()
+    }
+}

@@ -1,0 +1,115 @@
+//! What is recorded of the traffic: every frame that is taken, whoever it is for, as it came.
+
+use std::fs::{self, File};
+use std::path::Path;
+
+use mavswitch::record::TlogReader;
+use rustix::process::Signal;
+
+use crate::harness::*;
+
+/// The frames of all telemetry logs in a directory, in the order of their files, without marks.
+fn recorded(dir: &Path) -> Vec<Vec<u8>> {
+    let mut files: Vec<_> = fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    let mut frames = Vec::new();
+    for file in files {
+        let mut reader = TlogReader::new(File::open(file).unwrap());
+        while let Some(record) = reader.next_record().unwrap() {
+            frames.push(record.frame.bytes().to_vec());
+        }
+        assert_eq!(reader.stats().skipped_bytes, 0);
+    }
+    frames
+}
+
+#[test]
+fn broadcasts_commands_and_answers_are_recorded_and_what_is_left_out_is_not() {
+    let dir = TempDir::new();
+    let records = dir.path("made/on/the/way");
+    let router = Router::start(&[
+        "--record",
+        records.to_str().unwrap(),
+        "--record-min-free=0",
+        "tcpin:127.0.0.1:0?name=fc",
+        "tcpin:127.0.0.1:0?name=gcs",
+        "tcpin:127.0.0.1:0?name=private&record=false",
+    ]);
+    let mut vehicle = router.tcp("fc", VEHICLE);
+    let mut gcs = router.tcp("gcs", GCS);
+    let mut private = router.tcp("private", CAMERA);
+    let said = [
+        attitude(VEHICLE, 1),
+        attitude(GCS, 2),
+        command_long(GCS, VEHICLE),
+        command_ack(VEHICLE, GCS),
+        // Nobody is there to hear it.
+        command_long(GCS, OTHER),
+    ];
+    private.send(attitude(CAMERA, 7));
+    vehicle.expect(attitude(CAMERA, 7));
+    gcs.expect(attitude(CAMERA, 7));
+    vehicle.send(&said[0]);
+    gcs.expect(&said[0]);
+    gcs.send(&said[1]);
+    gcs.send(&said[2]);
+    vehicle.expect_each(&said[1..3]);
+    vehicle.send(&said[3]);
+    gcs.expect(&said[3]);
+    gcs.send(&said[4]);
+    vehicle.expect_nothing_from(&mut gcs);
+    router.signal(Signal::TERM);
+    assert!(router.wait_for_end().0.success());
+    let frames: Vec<_> = recorded(&records).into_iter().filter(|it| said.contains(it)).collect();
+    assert_eq!(frames, said);
+    assert!(!recorded(&records).contains(&attitude(CAMERA, 7)));
+}
+
+/// The disk is full: routing goes on as before, what is lost is told, and once there is room again
+/// recording goes on by itself, in the same file.
+#[test]
+fn a_full_disk_costs_no_frame_and_recording_goes_on_when_there_is_room() {
+    let test = a_full_disk_costs_no_frame_and_recording_goes_on_when_there_is_room;
+    if !in_own_namespaces(test, &["mount"]) {
+        return;
+    }
+    let dir = TempDir::new();
+    let card = dir.path("card");
+    fs::create_dir(&card).unwrap();
+    sh(&format!("mount -t tmpfs -o size=16m tmpfs {}", card.display()));
+    let filler = card.join("photos");
+    fs::write(&filler, vec![1; (16 << 20) - (100 << 10)]).unwrap();
+    let router = Router::start(&[
+        "--record",
+        card.to_str().unwrap(),
+        "--record-min-free=0",
+        "tcpin:127.0.0.1:0?name=fc",
+        "tcpin:127.0.0.1:0?name=gcs",
+    ]);
+    let mut vehicle = router.tcp("fc", VEHICLE);
+    let mut gcs = router.tcp("gcs", GCS);
+    let mut number = 0;
+    let mut fly = |frames: u32| {
+        for _ in 0..frames {
+            number += 1;
+            vehicle.send(attitude(VEHICLE, number));
+            gcs.expect(attitude(VEHICLE, number));
+        }
+    };
+    // Twice what there is room for.
+    fly(2_500);
+    router.log.wait_for(&["cannot record to", "No space left", "make room"]);
+    fs::remove_file(&filler).unwrap();
+    while !router.log.has(&["recording again"]) {
+        fly(10);
+    }
+    fly(100);
+    router.signal(Signal::TERM);
+    assert!(router.wait_for_end().0.success());
+    let frames = recorded(&card);
+    assert!(frames.len() < number as usize, "nothing was lost");
+    let last = frames.iter().rev().find(|frame| frame.len() == attitude(VEHICLE, 1).len());
+    assert_eq!(last, Some(&attitude(VEHICLE, number)));
+    assert_eq!(fs::read_dir(&card).unwrap().count(), 1);
+    sh(&format!("umount {}", card.display()));
+}
