@@ -10,7 +10,9 @@ use std::time::Duration;
 
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyEventKind};
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
+use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
 use super::app::{App, Next};
@@ -48,7 +50,8 @@ pub fn top(control: Option<&Path>) -> Result<(), TopError> {
     let client = Client::connect(control)?;
     let news = follow(client, control)?;
     let is_ended = Arc::new(AtomicBool::new(false));
-    for signal in [SIGTERM, SIGINT, SIGHUP] {
+    // SIGHUP ends it at once: then there is no terminal to give back.
+    for signal in [SIGTERM, SIGINT] {
         flag::register(signal, Arc::clone(&is_ended))?;
     }
     // It also sees to it that a panic gives the terminal back first.
@@ -76,8 +79,10 @@ fn show(
         if std::mem::take(&mut is_changed) {
             terminal.draw(|frame| draw(&app, frame))?;
         }
-        // A signal interrupts it, which is no failure.
-        if event::poll(TURN).unwrap_or(false) {
+        if !wait_for_key()? {
+            return Ok(());
+        }
+        while event::poll(Duration::ZERO)? {
             is_changed = true;
             if let Event::Key(key) = event::read()?
                 && key.kind != KeyEventKind::Release
@@ -88,6 +93,20 @@ fn show(
         }
     }
     Ok(())
+}
+
+/// Waits a turn, or less if something is typed; `false` if the terminal is gone. Whoever reads keys
+/// must not find that out: it would read nothing, again and again.
+fn wait_for_key() -> io::Result<bool> {
+    let stdin = io::stdin();
+    let mut keys = [PollFd::new(&stdin, PollFlags::IN)];
+    let turn = Timespec::try_from(TURN).map_err(io::Error::other)?;
+    match poll(&mut keys, Some(&turn)) {
+        // A signal, or another size of the window.
+        Ok(_) | Err(Errno::INTR) => {}
+        Err(error) => return Err(error.into()),
+    }
+    Ok(!keys[0].revents().intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL))
 }
 
 /// As `NO_COLOR` asks for it, and where the terminal has any.

@@ -116,6 +116,17 @@ fn a_signal_gives_the_screen_back_too() {
 }
 
 #[test]
+fn a_terminal_that_goes_takes_it_along() {
+    let Some(terminal) = Terminal::open() else { return };
+    let router = router();
+    terminal.top(&router.control());
+    terminal.wait_for("LIVE");
+    let top = terminal.process();
+    drop(terminal);
+    eventually("it is gone", || rustix::process::test_kill_process(top).is_err());
+}
+
+#[test]
 fn a_router_that_goes_and_comes_back_is_followed() {
     let Some(terminal) = Terminal::open() else { return };
     let dir = TempDir::new();
