@@ -169,8 +169,8 @@ fn what_needs_an_endpoint_opened_again_is_told() {
     let reopen = names(reopen.map(|spec| spec.name).collect());
     assert!(README.contains(&format!("{reopen} need it closed")), "{reopen}");
     let fixed = GENERAL.iter().filter(|spec| !spec.is_reloaded).map(|spec| spec.name);
-    assert_eq!(fixed.collect::<Vec<_>>(), ["log_format"]);
-    assert!(README.contains("All general keys take effect, but for `log_format`"));
+    assert_eq!(fixed.collect::<Vec<_>>(), ["log_format", "control"]);
+    assert!(README.contains("All general keys take effect, but for `log_format` and `control`"));
 }
 
 #[test]

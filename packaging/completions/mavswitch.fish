@@ -1,6 +1,6 @@
 # Print an optspec for argparse to handle cmd's options that are independent of any subcommand.
 function __fish_mavswitch_global_optspecs
-    string join \n c/config= learn= strict= route-age= sniffer= dialect= control= record= record-telemetry= record-when= record-max-size= record-max-time= record-min-free= record-max-files= v/verbose q/quiet log-format= h/help V/version
+    string join \n c/config= learn= strict= route-age= sniffer= dialect= control= record= record-telemetry= record-when= record-max-size= record-max-time= record-min-free= record-max-files= flight-log= flight-log-system= v/verbose q/quiet log-format= h/help V/version
 end
 
 function __fish_mavswitch_needs_command
@@ -42,6 +42,11 @@ complete -c mavswitch -n "__fish_mavswitch_needs_command" -l record-max-size -d 
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l record-max-time -d 'Begin another telemetry log after so long, as 30m; 0: never [default: 0]' -r
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l record-min-free -d 'Delete the oldest records so that so much of the disk is free; 0: never [default: 100M]' -r
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l record-max-files -d 'Delete the oldest records so that there are no more; 0: never [default: 0]' -r
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -l flight-log -d 'Ask vehicles for the logs that they make, and record these as well [default: off]' -r -f -a "off\t'None'
+auto\t'What each vehicle makes: ULog of PX4, DataFlash blocks of ArduPilot'
+ulog\t'ULog, whatever the vehicle'
+dataflash\t'DataFlash blocks, whatever the vehicle'"
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -l flight-log-system -d 'Ask only the vehicle with this system id for its logs' -r
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
 text\t'One line of text for each event, with the time'
 json\t'One JSON object for each event'
@@ -267,6 +272,11 @@ complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l record-ma
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l record-max-time -d 'Begin another telemetry log after so long, as 30m; 0: never [default: 0]' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l record-min-free -d 'Delete the oldest records so that so much of the disk is free; 0: never [default: 100M]' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l record-max-files -d 'Delete the oldest records so that there are no more; 0: never [default: 0]' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l flight-log -d 'Ask vehicles for the logs that they make, and record these as well [default: off]' -r -f -a "off\t'None'
+auto\t'What each vehicle makes: ULog of PX4, DataFlash blocks of ArduPilot'
+ulog\t'ULog, whatever the vehicle'
+dataflash\t'DataFlash blocks, whatever the vehicle'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l flight-log-system -d 'Ask only the vehicle with this system id for its logs' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
 text\t'One line of text for each event, with the time'
 json\t'One JSON object for each event'

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use clap::Args;
 
-use crate::config::{self, RecordOptions, RecordWhen};
+use crate::config::{self, FlightLog, RecordOptions, RecordWhen};
 
 /// What to record.
 #[derive(Args, Debug)]
@@ -38,18 +38,29 @@ pub struct RecordArgs {
     /// Delete the oldest records so that there are no more; 0: never [default: 0]
     #[arg(long, value_name = "NUMBER")]
     pub record_max_files: Option<usize>,
+
+    /// Ask vehicles for the logs that they make, and record these as well [default: off]
+    #[arg(long, value_name = "WHICH")]
+    pub flight_log: Option<FlightLog>,
+
+    /// Ask only the vehicle with this system id for its logs
+    #[arg(long, value_name = "SYSTEM", value_parser = clap::value_parser!(u8).range(1..))]
+    pub flight_log_system: Option<u8>,
 }
 
 impl RecordArgs {
     /// Overrides what the files say.
     pub(super) fn apply_to(&self, options: &mut RecordOptions) {
-        options.dir = self.record.clone().or_else(|| options.dir.take());
+        let RecordOptions { dir, flight_log_system, .. } = options;
+        *dir = self.record.clone().or_else(|| dir.take());
+        *flight_log_system = self.flight_log_system.or(*flight_log_system);
         options.telemetry = self.record_telemetry.unwrap_or(options.telemetry);
         options.when = self.record_when.unwrap_or(options.when);
         options.max_size = self.record_max_size.unwrap_or(options.max_size);
         options.max_time = self.record_max_time.unwrap_or(options.max_time);
         options.min_free = self.record_min_free.unwrap_or(options.min_free);
         options.max_files = self.record_max_files.unwrap_or(options.max_files);
+        options.flight_log = self.flight_log.unwrap_or(options.flight_log);
     }
 }
 

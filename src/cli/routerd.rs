@@ -55,11 +55,11 @@ pub struct RouterdCli {
     #[arg(short = 'd', long, value_name = "DIR", overrides_with = "conf_dir")]
     pub conf_dir: Option<PathBuf>,
 
-    /// Record flight logs in this directory (not there yet)
+    /// Record the logs that vehicles make in this directory
     #[arg(short = 'l', long, value_name = "DIR", overrides_with = "log")]
     pub log: Option<String>,
 
-    /// Record telemetry too (not there yet)
+    /// Record telemetry too, in the same directory
     #[arg(short = 'T', long, action = ArgAction::Count)]
     pub telemetry_log: u8,
 

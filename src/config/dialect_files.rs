@@ -77,13 +77,24 @@ pub fn load_dialect(path: &Path) -> Result<Vec<Definition>, DialectFileError> {
     let mut definitions = Vec::new();
     for file in files.including_first() {
         let new = |message: &&Definition| seen.insert(message.key());
-        definitions.extend(files.list[file].messages.iter().filter(new).cloned());
+        definitions.extend(files.list[file].found.messages.iter().filter(new).cloned());
         if definitions.len() > MAX_MESSAGES {
             let file = files.chain(file);
             return Err(DialectFileError::TooManyMessages { file });
         }
     }
     Ok(definitions)
+}
+
+/// The same for somebody who wants to read payloads: what each file says, in that order.
+///
+/// # Errors
+///
+/// See [`DialectFileError`].
+pub fn load_layouts(path: &Path) -> Result<Vec<Definitions>, DialectFileError> {
+    let mut files = Files::load(path)?;
+    let order = files.including_first();
+    Ok(order.into_iter().map(|file| std::mem::take(&mut files.list[file].found)).collect())
 }
 
 /// The files of one dialect.
@@ -99,7 +110,8 @@ struct SourceFile {
     path: PathBuf,
     /// The first file that includes this one.
     included_by: Option<usize>,
-    messages: Vec<Definition>,
+    /// What it says itself, all but its includes.
+    found: Definitions,
     includes: Vec<usize>,
 }
 
@@ -130,7 +142,7 @@ impl Files {
         self.list.push(SourceFile {
             path,
             included_by,
-            messages: Vec::new(),
+            found: Definitions::default(),
             includes: Vec::new(),
         });
         let real_path = real_path.map_err(|error| self.cannot_read(place, error))?;
@@ -149,9 +161,10 @@ impl Files {
         let bytes = bytes.ok_or_else(|| DialectFileError::TooLarge { file: file() })?;
         // Names are ASCII; a description in another encoding must not keep a dialect out.
         let text = String::from_utf8_lossy(&bytes);
-        let Definitions { includes, messages } = parse_definitions(&text)
+        let mut found = parse_definitions(&text)
             .map_err(|error| DialectFileError::Content { file: file(), error })?;
-        self.list[place].messages = messages;
+        let includes = std::mem::take(&mut found.includes);
+        self.list[place].found = found;
         for include in includes {
             let included = self.find(path.with_file_name(include), Some(place))?;
             self.list[place].includes.push(included);

@@ -196,6 +196,8 @@ pub const GENERAL: &[GeneralSpec] = &[
     record::MAX_TIME,
     record::MIN_FREE,
     record::MAX_FILES,
+    record::FLIGHT_LOG,
+    record::FLIGHT_LOG_SYSTEM,
 ];
 
 impl LogLevel {
@@ -272,6 +274,7 @@ mod tests {
         assert_named::<LogFormat>("log_format");
         assert_named::<LogLevel>("log_level");
         assert_named::<record::RecordWhen>("record_when");
+        assert_named::<record::FlightLog>("flight_log");
     }
 
     #[test]

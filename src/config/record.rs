@@ -26,6 +26,10 @@ pub struct RecordOptions {
     pub min_free: u64,
     /// The oldest records are deleted until there are so many; 0: any number.
     pub max_files: usize,
+    /// Which flight-stack logs are asked for.
+    pub flight_log: FlightLog,
+    /// Whose; without it, those of every vehicle.
+    pub flight_log_system: Option<u8>,
 }
 
 impl Default for RecordOptions {
@@ -38,6 +42,8 @@ impl Default for RecordOptions {
             max_time: Duration::ZERO,
             min_free: 100_000_000,
             max_files: 0,
+            flight_log: FlightLog::Off,
+            flight_log_system: None,
         }
     }
 }
@@ -50,6 +56,20 @@ pub enum RecordWhen {
     Always,
     /// While a vehicle is armed
     Armed,
+}
+
+/// Which logs are asked for that the flight stack itself makes.
+#[derive(ValueEnum, Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum FlightLog {
+    /// None
+    #[default]
+    Off,
+    /// What each vehicle makes: ULog of PX4, DataFlash blocks of ArduPilot
+    Auto,
+    /// ULog, whatever the vehicle
+    Ulog,
+    /// DataFlash blocks, whatever the vehicle
+    Dataflash,
 }
 
 pub(super) const RECORD: GeneralSpec = GeneralSpec {
@@ -130,6 +150,31 @@ pub(super) const MAX_FILES: GeneralSpec = GeneralSpec {
         put(&mut to.record.max_files, number)
     },
     show: |general| vec![general.record.max_files.to_string()],
+};
+
+pub(super) const FLIGHT_LOG: GeneralSpec = GeneralSpec {
+    name: "flight_log",
+    shape: Shape::Text,
+    expects: "off, auto, ulog or dataflash",
+    help: "ask vehicles for the logs they make: off, auto, ulog (PX4) or dataflash (ArduPilot); auto: what each one makes",
+    default: Some("\"off\""),
+    is_reloaded: true,
+    set: |to, words| put(&mut to.record.flight_log, words.first().and_then(|word| choice(word))),
+    show: |general| show_choice(&general.record.flight_log),
+};
+
+pub(super) const FLIGHT_LOG_SYSTEM: GeneralSpec = GeneralSpec {
+    name: "flight_log_system",
+    shape: Shape::Number,
+    expects: "a system id of 1 to 255",
+    help: "ask only the vehicle with this system id for its logs",
+    default: None,
+    is_reloaded: true,
+    set: |to, words| {
+        let system = words.first().and_then(|word| value::number(word, 1..=255));
+        put(&mut to.record.flight_log_system, system.map(Some))
+    },
+    show: |general| general.record.flight_log_system.iter().map(ToString::to_string).collect(),
 };
 
 /// A number of bytes: `4096`, `500k`, `100M`, `2G`.

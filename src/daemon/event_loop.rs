@@ -79,6 +79,8 @@ pub(super) struct Daemon {
     pub(super) unrouted_log: LogLimit,
     /// Copies what is received to files, if it is to.
     pub(super) recorder: Option<Recorder>,
+    /// The part of the program that takes flight-stack logs, if they are wanted.
+    pub(super) collector: Option<EndpointId>,
 }
 
 /// Something that has more to read.
@@ -223,6 +225,7 @@ impl Daemon {
             notifier: Notifier::from_environment(),
             unrouted_log: LogLimit::new(now),
             recorder: None,
+            collector: None,
         })
     }
 

@@ -14,7 +14,7 @@ use super::open::OpenError;
 use super::settings::Settings;
 use super::timers::Timer;
 use crate::config::{Address, EndpointConfig, EndpointOptions};
-use crate::mavlink::{Frame, Input, MAX_FRAME};
+use crate::mavlink::{Frame, Input, MAX_FRAME, MessageId};
 use crate::routing::{FilterLists, LinkId, LocalPeer, Port, Precedence, Time};
 
 /// How much a peer may say in one turn, in bytes; what goes beyond is said in the next.
@@ -97,17 +97,17 @@ impl Daemon {
     /// there are too many links or endpoints.
     ///
     /// It stays until [`Daemon::remove_endpoint`].
-    #[allow(dead_code, reason = "the parts that use it come next")]
     pub(super) fn add_internal(
         &mut self,
         name: &'static str,
         options: EndpointOptions,
+        hears: &[MessageId],
         peer: Box<dyn LocalPeer>,
     ) -> Option<EndpointId> {
         let settings = Settings {
             config: EndpointConfig { address: Address::Internal(name), options },
             filter_in: FilterLists::default(),
-            filter_out: FilterLists::default(),
+            filter_out: FilterLists { allow_messages: hears.to_vec(), ..FilterLists::default() },
             caps: Vec::new(),
         };
         let index = self.insert_endpoint(settings)?;

@@ -5,8 +5,8 @@ use std::time::{Duration, SystemTime};
 use tracing::{info, warn};
 
 use super::event_loop::Daemon;
-use crate::config::RecordOptions;
-use crate::record::Recorder;
+use crate::config::{EndpointOptions, FlightLog, RecordOptions};
+use crate::record::{Collector, Recorder};
 
 /// How long the writer may take at the end for what waits: a card that hangs keeps nobody.
 const CLOSING: Duration = Duration::from_secs(2);
@@ -19,13 +19,34 @@ impl Daemon {
             return;
         }
         match Recorder::start(options, self.now) {
-            Ok(recorder) => self.recorder = Some(recorder),
+            Ok(recorder) => {
+                self.start_collector(&recorder);
+                self.recorder = Some(recorder);
+            }
             Err(error) => warn!("cannot record: cannot start a thread for it: {error}"),
+        }
+    }
+
+    /// Begins to take flight-stack logs, if they are wanted.
+    fn start_collector(&mut self, recorder: &Recorder) {
+        let options = &self.general.record;
+        if options.flight_log == FlightLog::Off {
+            return;
+        }
+        let collector = Collector::new(options, recorder.flight_feed());
+        let endpoint = EndpointOptions::default();
+        let peer = Box::new(collector);
+        self.collector = self.add_internal("flight-logs", endpoint, &Collector::HEARS, peer);
+        if self.collector.is_none() {
+            warn!("cannot record flight-stack logs: there are too many links");
         }
     }
 
     /// Ends recording; what waits is still written.
     pub(super) fn stop_recorder(&mut self) {
+        if let Some(collector) = self.collector.take() {
+            self.remove_endpoint(collector, "recording has ended");
+        }
         if let Some(recorder) = self.recorder.take() {
             recorder.stop(CLOSING);
         }

@@ -2,7 +2,7 @@
 //!
 //! Owns the XML: which elements matter and what may be wrong with them. What follows from a
 //! message's fields is the business of `layout`; where files lie and which of them a file
-//! includes is that of the config room. Enums, descriptions and all unknown elements are skipped.
+//! includes is that of the config room. Descriptions and all unknown elements are skipped.
 //!
 //! The text may be anything: memory and time are bounded by its length, and nothing recurses.
 
@@ -14,13 +14,18 @@ use quick_xml::events::{BytesStart, Event};
 use self::error::excerpt;
 use self::layout::{FieldType, Layout, MAX_PAYLOAD, TypeError};
 use super::dialect::{Definition, Target};
+use super::fields::{EnumNames, MessageLayout};
 use super::id::MessageId;
 
 pub use self::error::{DefinitionError, DefinitionProblem};
 
+mod enums;
 mod error;
 mod layout;
 mod xml;
+
+/// The commonest messages, with the names of their fields.
+pub(super) const COMMON: &str = include_str!("definitions/common.xml");
 
 /// How many messages one dialect may have: ten times what all published ones have together.
 pub const MAX_MESSAGES: usize = 4096;
@@ -38,6 +43,11 @@ pub struct Definitions {
     pub includes: Vec<String>,
     /// The messages it defines itself, in the order of the text; no id is there twice.
     pub messages: Vec<Definition>,
+    /// The fields of the same messages, one for one.
+    pub layouts: Vec<MessageLayout>,
+    /// What the values of fields are called, of the enums that the file has; those whose values are
+    /// bits of one number are left out.
+    pub enums: Vec<EnumNames>,
 }
 
 /// Reads the text of a definition file.
@@ -72,6 +82,9 @@ enum Place {
     Message,
     Field,
     Extensions,
+    Enums,
+    Enum,
+    Entry,
     /// Of no interest, with all that is in it.
     Other,
 }
@@ -81,6 +94,9 @@ impl Place {
         match (parent, element) {
             (Self::Mavlink, "include") => Self::Include,
             (Self::Mavlink, "messages") => Self::Messages,
+            (Self::Mavlink, "enums") => Self::Enums,
+            (Self::Enums, "enum") => Self::Enum,
+            (Self::Enum, "entry") => Self::Entry,
             (Self::Messages, "message") => Self::Message,
             (Self::Message, "field") => Self::Field,
             (Self::Message, "extensions") => Self::Extensions,
@@ -101,6 +117,8 @@ struct Parser {
     include: String,
     /// The `<message>` being read.
     message: Option<Layout>,
+    /// The `<enum>` being read.
+    names: Option<EnumNames>,
     /// Which of the messages found has an id.
     by_id: HashMap<MessageId, usize>,
     found: Definitions,
@@ -161,6 +179,14 @@ impl Parser {
                 self.start_extensions();
                 Ok(())
             }
+            Place::Enum => {
+                self.names = enums::open(tag);
+                Ok(())
+            }
+            Place::Entry => {
+                self.names.iter_mut().for_each(|names| enums::add(names, tag));
+                Ok(())
+            }
             _ => Ok(()),
         }
     }
@@ -208,7 +234,7 @@ impl Parser {
             let message = message.name.clone();
             return Err(DefinitionProblem::TooLong { message, field, len });
         }
-        message.add(field, kind);
+        message.add(field, kind, enums::of_field(tag));
         Ok(())
     }
 
@@ -229,8 +255,11 @@ impl Parser {
                     return;
                 };
                 self.by_id.insert(message.id, self.found.messages.len());
-                self.found.messages.push(message.into_definition());
+                let (definition, layout) = message.into_parts();
+                self.found.messages.push(definition);
+                self.found.layouts.push(layout);
             }
+            Some(Place::Enum) => self.found.enums.extend(self.names.take()),
             _ => {}
         }
     }

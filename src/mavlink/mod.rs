@@ -9,6 +9,7 @@ mod crc;
 mod definitions;
 mod dialect;
 mod encode;
+mod fields;
 mod frame;
 mod id;
 mod splitter;
@@ -22,6 +23,7 @@ pub use definitions::{
 };
 pub use dialect::{Definition, Dialect, MAX_DEFINITIONS, Target, TooManyDefinitions};
 pub use encode::{FrameSpec, encode, trimmed};
+pub use fields::{Element, EnumNames, FieldLayout, Layouts, MessageLayout, Value, fuzz_fields};
 pub use frame::{Frame, FrameError, Header, MAX_FRAME, STX_V1, STX_V2, Version, frame_len_of};
 pub use id::{Component, MessageId};
 pub use splitter::{

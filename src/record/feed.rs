@@ -99,6 +99,11 @@ impl Feed {
         true
     }
 
+    /// How many bytes find room now, with what goes before each piece.
+    pub(super) fn room(&self) -> usize {
+        self.ring.vacant_len()
+    }
+
     /// A turn of the loop is over: wakes the writer if it sleeps or has much to do.
     pub(super) fn end_turn(&mut self) {
         if std::mem::take(&mut self.is_touched) {

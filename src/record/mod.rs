@@ -2,11 +2,13 @@
 //!
 //! A telemetry log, `.tlog`, is a row of records, each of a time and a frame; [`TlogReader`] and
 //! [`write_record`] are the format. [`Recorder`] makes such files of what the loop hands it, by a
-//! thread of its own: a slow card delays no frame. [`tools`] works on them, whatever their length, in
+//! thread of its own: a slow card delays no frame. [`Collector`] takes the logs that vehicles make
+//! themselves. [`tools`] works on them, whatever their length, in
 //! constant memory.
 
 mod arming;
 mod feed;
+mod flight;
 mod flight_files;
 mod output;
 mod recorder;
@@ -19,6 +21,7 @@ mod tlog;
 pub mod tools;
 mod writer;
 
+pub use flight::{Collector, FlightFeed};
 pub use recorder::Recorder;
 pub use select::{BadMoment, Moment, Selection};
 pub use status::{RecordState, RecordStatus};

@@ -14,6 +14,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use super::arming::Arming;
 use super::feed::{CAPACITY, Feed, Kind, Piece, feed};
+use super::flight::FlightFeed;
 use super::status::{RecordStatus, Shared};
 use super::store::Store;
 use super::tlog::TIMESTAMP;
@@ -121,6 +122,11 @@ impl Recorder {
     /// A turn of the loop is over.
     pub fn end_turn(&mut self) {
         self.feed.borrow_mut().end_turn();
+    }
+
+    /// The way of flight-stack logs to the writer.
+    pub fn flight_feed(&self) -> FlightFeed {
+        FlightFeed::new(Rc::clone(&self.feed), Arc::clone(&self.shared))
     }
 
     /// Begins or stops to record telemetry, whatever the configuration says; says whether that is a

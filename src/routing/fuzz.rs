@@ -6,8 +6,8 @@ use std::collections::HashSet;
 use std::time::Duration;
 
 use super::{
-    Capacity, DropReason, GroupId, LinkId, LinkOptions, MAX_COMPONENTS, Membership, RateCap,
-    Router, RouterOptions, Time,
+    Capacity, DropReason, Explanation, Fate, FilterLists, GroupId, LinkId, LinkOptions,
+    MAX_COMPONENTS, Membership, RateCap, Router, RouterOptions, Time,
 };
 use crate::mavlink::{CheckedFrame, Component, FrameSpec, Header, MessageId, Version, encode};
 
@@ -17,15 +17,22 @@ use crate::mavlink::{CheckedFrame, Component, FrameSpec, Header, MessageId, Vers
 ///
 /// Asserts that no frame goes back to the link it came from, or to that link's group; that none
 /// goes to a link twice; that directed frames go where their target was heard, and nowhere else;
-/// that queues give out what was put in, whole and in order; that what goes nowhere is counted; and
-/// that tables and events stay within their bounds.
+/// that queues give out what was put in, whole and in order; that what goes nowhere is counted;
+/// that tables and events stay within their bounds; and that [`Router::explain`] said of each frame
+/// beforehand what became of it.
 pub fn fuzz_router(data: &[u8]) {
-    let Some((options, operations)) = data.split_first() else { return };
+    run(data);
+}
+
+/// The same; says how many frames were explained before they were handled.
+fn run(data: &[u8]) -> usize {
+    let Some((options, operations)) = data.split_first() else { return 0 };
     let mut model = Model::new(*options);
     for operation in operations.chunks_exact(4) {
         model.step([operation[0], operation[1], operation[2], operation[3]]);
     }
     model.drain_all();
+    model.explained
 }
 
 /// What is remembered of a link.
@@ -43,6 +50,8 @@ struct Model {
     now: Time,
     links: Vec<Shadow>,
     seq: u8,
+    /// How many frames were explained before they were handled.
+    explained: usize,
 }
 
 /// More links than this show nothing new.
@@ -56,7 +65,7 @@ impl Model {
             ..RouterOptions::default()
         };
         let now = Time::from_millis(1_000_000);
-        Self { router: Router::new(options), now, links: Vec::new(), seq: 0 }
+        Self { router: Router::new(options), now, links: Vec::new(), seq: 0, explained: 0 }
     }
 
     fn step(&mut self, [operation, a, b, c]: [u8; 4]) {
@@ -99,7 +108,8 @@ impl Model {
             } else {
                 vec![]
             },
-            ..LinkOptions::default()
+            filter_in: if a & 128 != 0 { without(b & 1) } else { FilterLists::default() },
+            filter_out: if b & 2 != 0 { without(b >> 7) } else { FilterLists::default() },
         };
         let Some(link) = self.router.add_link(options.clone(), self.now) else { return };
         assert!(self.links.iter().all(|other| other.link != link), "a link's number is its own");
@@ -124,7 +134,10 @@ impl Model {
         if verified {
             self.links[from].heard.insert(source);
         }
+        let explanation = self.router.explain(link, &frame, self.now).expect("the link is there");
+        let drops = self.drops();
         self.router.handle(link, &frame, self.now);
+        self.compare(&explanation, link, &before, &drops);
         self.note(from, &frame, &before);
     }
 
@@ -154,6 +167,57 @@ impl Model {
         };
         is_accounted |= self.links.iter().enumerate().all(|(at, s)| at == from || only_kin(s));
         assert!(is_accounted, "what goes nowhere is counted: {:?}", frame.header);
+    }
+
+    /// Holds what was said of a frame beforehand against what became of it.
+    fn compare(
+        &mut self,
+        explanation: &Explanation,
+        from: LinkId,
+        before: &[(u64, u64, u64)],
+        drops: &[Vec<u64>],
+    ) {
+        let (after, drops_after) = (self.counts(), self.drops());
+        let sent: Vec<bool> = after.iter().zip(before).map(|(now, old)| now.1 > old.1).collect();
+        let counted = |at: usize, reason: DropReason| {
+            drops_after[at][reason as usize] > drops[at][reason as usize]
+        };
+        let at_source = self.place_of(from);
+        if counted(at_source, DropReason::Duplicate) {
+            return;
+        }
+        self.explained += 1;
+        if let Some(reason) = explanation.refused {
+            assert!(counted(at_source, reason), "{reason:?} was expected");
+            return assert!(!sent.contains(&true), "{explanation:?}");
+        }
+        assert_eq!(explanation.fates.len(), self.links.len());
+        for (link, fate) in &explanation.fates {
+            let at = self.place_of(*link);
+            assert_eq!(matches!(fate, Fate::Sent(_)), sent[at], "{link}: {explanation:?}");
+            match fate {
+                Fate::Loop(by) => assert!(counted(self.place_of(*by), DropReason::Loop)),
+                Fate::Refused(DropReason::SetupSigning) => {
+                    assert!(counted(at_source, DropReason::SetupSigning));
+                }
+                Fate::Refused(reason) => assert!(counted(at, *reason), "{link}: {reason:?}"),
+                _ => {}
+            }
+        }
+    }
+
+    fn place_of(&self, link: LinkId) -> usize {
+        let place = self.links.iter().position(|shadow| shadow.link == link);
+        place.expect("the link is there")
+    }
+
+    /// What was dropped, by reason, of each link.
+    fn drops(&self) -> Vec<Vec<u64>> {
+        let drops = |shadow: &Shadow| {
+            let counters = self.router.counters(shadow.link).expect("the link is there");
+            DropReason::ALL.iter().map(|reason| counters[*reason]).collect()
+        };
+        self.links.iter().map(drops).collect()
     }
 
     /// Whether the target was heard here, or on another link of the same group; or all is sent here.
@@ -202,6 +266,14 @@ impl Model {
     }
 }
 
+/// Lists that one message does not pass, or one source.
+fn without(what: u8) -> FilterLists {
+    match what {
+        0 => FilterLists { block_messages: vec![MessageId(11)], ..FilterLists::default() },
+        _ => FilterLists { block_components: vec![3], ..FilterLists::default() },
+    }
+}
+
 const CAP: Duration = Duration::from_millis(500);
 
 /// What a message's target is, by its definition; the ids and CRC_EXTRAs are of no matter here.
@@ -236,14 +308,31 @@ mod tests {
 
     #[test]
     fn exercise_fuzz_router() {
-        let mut state = 7_u32;
+        let mut random = random(7);
         for length in [0, 1, 400, 4_000, 40_000] {
+            fuzz_router(&random(length));
+        }
+    }
+
+    #[test]
+    fn what_is_said_of_a_frame_comes_true_10_000_times() {
+        let mut explained = 0;
+        for seed in 0.. {
+            explained += run(&random(seed)(4_001));
+            if explained >= 10_000 {
+                break;
+            }
+        }
+    }
+
+    fn random(seed: u32) -> impl FnMut(usize) -> Vec<u8> {
+        let mut state = seed;
+        move |length| {
             let next = || {
                 state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                 (state >> 24) as u8
             };
-            let data: Vec<u8> = std::iter::repeat_with(next).take(length).collect();
-            fuzz_router(&data);
+            std::iter::repeat_with(next).take(length).collect()
         }
     }
 }

@@ -19,14 +19,11 @@
 
 use std::time::Duration;
 
-use super::counters::DropReason;
 use super::dedup::{Origin, Seen};
-use super::group::Group;
-use super::link_set::{LinkId, LinkSet};
-use super::options::LOOP_WINDOW;
+use super::link_set::LinkId;
 use super::port::Port;
 use super::route_table::{Heard, RouteTable};
-use super::router::{Router, count_drop};
+use super::router::Router;
 use super::time::Time;
 use crate::mavlink::CheckedFrame;
 
@@ -66,37 +63,6 @@ impl Router {
             Some(seen) => {
                 let known = Known { ports: &self.ports, table: &self.table, from, frame, now };
                 known.judge(seen)
-            }
-        }
-    }
-
-    /// Rule 49: takes out the links that just brought a broadcast of the source, and those that lead
-    /// the same way. Not one whose last frame was a copy: whoever sent it may have it from here, and
-    /// depend on that. And none for directed frames: their target may be on a way by which the source
-    /// is heard.
-    pub(super) fn apply_loop_rule(
-        &mut self,
-        link: LinkId,
-        frame: &CheckedFrame<'_>,
-        destinations: &mut LinkSet,
-        now: Time,
-    ) {
-        if frame.is_directed() {
-            return;
-        }
-        let Some(source) = self.table.find(frame.header.source) else { return };
-        for heard in &source.heard {
-            let is_over = |first| now.since(first) >= LOOP_WINDOW;
-            if heard.link == link || heard.first.is_none_or(is_over) {
-                continue;
-            }
-            let port = self.ports[heard.link.index()].as_ref();
-            let group = port.and_then(|port| port.options.membership).map(|m| m.group.0);
-            let same_way = group.and_then(|group| self.groups.get(usize::from(group)));
-            let muted = same_way.map_or_else(|| LinkSet::of(heard.link), Group::links);
-            if !(*destinations & muted).is_empty() {
-                *destinations = *destinations - muted;
-                count_drop(&mut self.ports, heard.link, DropReason::Loop);
             }
         }
     }

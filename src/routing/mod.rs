@@ -6,7 +6,9 @@
 
 mod change;
 mod counters;
+mod decision;
 mod dedup;
+mod explain;
 mod filter;
 mod fuzz;
 mod group;
@@ -27,6 +29,7 @@ mod time;
 
 pub use counters::{DropReason, LinkCounters};
 pub use dedup::REMEMBERED;
+pub use explain::{Explanation, Fate, Missing, Way};
 pub use filter::{Filter, FilterLists};
 pub use fuzz::fuzz_router;
 pub use group::{GroupId, Membership, Quality};

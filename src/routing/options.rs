@@ -6,6 +6,7 @@ use super::filter::FilterLists;
 use super::group::{GroupId, Membership};
 use super::link_set::LinkId;
 use super::rate_limit::RateCap;
+use super::time::Time;
 use crate::mavlink::Component;
 
 /// How long a source's broadcasts stay off a link that brought one itself (rule 49).
@@ -33,6 +34,13 @@ pub struct RouterOptions {
     pub route_age: Option<Duration>,
     /// Links on which this system was heard are sent everything, whoever it is for.
     pub sniffer: Option<u8>,
+}
+
+impl RouterOptions {
+    /// Routes that were last heard before are too old.
+    pub(super) fn oldest_route(&self, now: Time) -> Time {
+        self.route_age.map_or(Time::ZERO, |age| now - age)
+    }
 }
 
 impl Default for RouterOptions {

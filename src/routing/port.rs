@@ -9,7 +9,7 @@ use super::path_loss::PathLoss;
 use super::queue::{Frames, Precedence, Queue, QueueLimits};
 use super::rate_limit::RateLimiter;
 use super::time::Time;
-use crate::mavlink::{CheckedFrame, MAX_FRAME, MessageId};
+use crate::mavlink::{CheckedFrame, Header, MAX_FRAME, MessageId};
 
 /// A link, as the router knows it.
 pub struct Port {
@@ -89,16 +89,33 @@ impl Port {
     /// Queues a frame, or counts why not.
     #[inline]
     pub(super) fn offer(&mut self, frame: &CheckedFrame<'_>, precedence: Precedence, now: Time) {
-        let header = &frame.header;
-        if !self.filter_out.permits(header) {
-            self.counters[DropReason::FilteredOut] += 1;
-        } else if !self.queue.has_room(frame.bytes.len(), precedence) {
-            self.counters[DropReason::QueueFull] += 1;
-        } else if !self.limiter.permit(header.source, header.id, now) {
-            self.counters[DropReason::RateCap] += 1;
+        let Header { source, id, .. } = frame.header;
+        if let Some(reason) = self.refusal(frame, precedence, now) {
+            self.counters[reason] += 1;
         } else if self.queue.push(frame.bytes, precedence).is_ok() {
+            self.limiter.count(source, id, now);
             self.counters.frames_out += 1;
             self.counters.bytes_out += frame.bytes.len() as u64;
+        }
+    }
+
+    /// Why a frame is not queued, if it is not.
+    #[inline]
+    pub(super) fn refusal(
+        &self,
+        frame: &CheckedFrame<'_>,
+        precedence: Precedence,
+        now: Time,
+    ) -> Option<DropReason> {
+        let header = &frame.header;
+        if !self.filter_out.permits(header) {
+            Some(DropReason::FilteredOut)
+        } else if !self.queue.has_room(frame.bytes.len(), precedence) {
+            Some(DropReason::QueueFull)
+        } else if !self.limiter.permits(header.source, header.id, now) {
+            Some(DropReason::RateCap)
+        } else {
+            None
         }
     }
 

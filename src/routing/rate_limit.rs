@@ -49,34 +49,37 @@ impl RateLimiter {
         self.caps = caps;
     }
 
-    /// Whether a frame may pass now; if so, it is counted.
+    /// Whether a frame may pass now.
     #[inline]
-    pub(super) fn permit(&mut self, source: Component, id: MessageId, now: Time) -> bool {
-        match self.caps.iter().find(|cap| cap.id == id) {
-            Some(cap) => {
-                let interval = cap.interval;
-                self.permit_capped(source, id, interval, now)
-            }
-            None => true,
+    pub(super) fn permits(&self, source: Component, id: MessageId, now: Time) -> bool {
+        self.interval(id).is_none() || self.is_due(source, id, now)
+    }
+
+    /// A frame has passed, as it may.
+    #[inline]
+    pub(super) fn count(&mut self, source: Component, id: MessageId, now: Time) {
+        if let Some(interval) = self.interval(id) {
+            self.count_capped(source, id, interval, now);
         }
     }
 
-    fn permit_capped(
-        &mut self,
-        source: Component,
-        id: MessageId,
-        interval: Duration,
-        now: Time,
-    ) -> bool {
+    #[inline]
+    fn interval(&self, id: MessageId) -> Option<Duration> {
+        self.caps.iter().find(|cap| cap.id == id).map(|cap| cap.interval)
+    }
+
+    fn is_due(&self, source: Component, id: MessageId, now: Time) -> bool {
+        let mut entries = self.next.iter();
+        entries.find(|entry| (entry.0, entry.1) == (source, id)).is_none_or(|entry| now >= entry.2)
+    }
+
+    fn count_capped(&mut self, source: Component, id: MessageId, interval: Duration, now: Time) {
         let same = |entry: &&mut (Component, MessageId, Time)| (entry.0, entry.1) == (source, id);
         if let Some((_, _, next)) = self.next.iter_mut().find(same) {
-            if now < *next {
-                return false;
-            }
             // Counted from when it was due, so that the mean comes out right; but not from long
             // ago, so that nothing is saved up.
             *next = (*next).max(now - interval) + interval;
-            return true;
+            return;
         }
         if self.next.len() == MAX_ENTRIES {
             // Whoever has not sent for longest makes room.
@@ -84,7 +87,6 @@ impl RateLimiter {
             self.next.swap_remove(oldest);
         }
         self.next.push((source, id, now + interval));
-        true
     }
 }
 
@@ -99,12 +101,21 @@ mod tests {
         RateLimiter::new(vec![RateCap { id: ATTITUDE, interval }])
     }
 
+    /// Whether a frame passes; if so, it is counted.
+    fn pass(limiter: &mut RateLimiter, source: Component, id: MessageId, now: Time) -> bool {
+        let passes = limiter.permits(source, id, now);
+        if passes {
+            limiter.count(source, id, now);
+        }
+        passes
+    }
+
     #[test]
     fn fifty_a_second_become_two() {
         let mut limiter = limiter(500);
         let at = |millis| Time::from_millis(millis);
         let source = Component::new(1, 1);
-        let passed = (0..500).filter(|n| limiter.permit(source, ATTITUDE, at(n * 20))).count();
+        let passed = (0..500).filter(|n| pass(&mut limiter, source, ATTITUDE, at(n * 20))).count();
         assert_eq!(passed, 20, "in ten seconds");
     }
 
@@ -112,9 +123,9 @@ mod tests {
     fn each_source_counts_for_itself_and_other_messages_pass() {
         let mut limiter = limiter(500);
         for system in 1..=200 {
-            assert!(limiter.permit(Component::new(system, 1), ATTITUDE, Time::ZERO));
-            assert!(!limiter.permit(Component::new(system, 1), ATTITUDE, Time::ZERO));
-            assert!(limiter.permit(Component::new(system, 1), MessageId(0), Time::ZERO));
+            assert!(pass(&mut limiter, Component::new(system, 1), ATTITUDE, Time::ZERO));
+            assert!(!pass(&mut limiter, Component::new(system, 1), ATTITUDE, Time::ZERO));
+            assert!(pass(&mut limiter, Component::new(system, 1), MessageId(0), Time::ZERO));
         }
     }
 
@@ -123,7 +134,7 @@ mod tests {
         let mut limiter = limiter(500);
         for number in 0..60_000_u16 {
             let [system, component] = number.to_be_bytes();
-            limiter.permit(Component::new(system, component), ATTITUDE, Time::ZERO);
+            pass(&mut limiter, Component::new(system, component), ATTITUDE, Time::ZERO);
         }
         assert_eq!(limiter.next.len(), MAX_ENTRIES);
     }

@@ -4,8 +4,9 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::counters::{DropReason, LinkCounters};
+use super::decision::{Decision, Witness};
 use super::dedup::Dedup;
-use super::group::{Group, GroupId, Quality};
+use super::group::Group;
 use super::link_set::{LinkId, LinkSet, MAX_LINKS};
 use super::loops::Arrival;
 use super::options::{LinkOptions, RouterEvent, RouterOptions};
@@ -13,14 +14,14 @@ use super::port::Port;
 use super::queue::Precedence;
 use super::route_table::RouteTable;
 use super::time::Time;
-use crate::mavlink::{CheckedFrame, Component, MessageId};
+use crate::mavlink::{CheckedFrame, MessageId};
 
 /// Frames in, frames out; see the module.
 pub struct Router {
     pub(super) options: RouterOptions,
     /// By number. Invariant: occupied exactly for the members of `links`.
     pub(super) ports: Vec<Option<Port>>,
-    links: LinkSet,
+    pub(super) links: LinkSet,
     /// How many links there have been, in its lowest bits.
     lives: u8,
     pub(super) table: RouteTable,
@@ -131,99 +132,20 @@ impl Router {
         true
     }
 
-    /// Where a frame from `link` goes, whether or not there is room (rules 33-39, 47 and 49).
+    /// Where a frame from `link` goes, whether or not there is room.
+    #[inline]
     fn destinations(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) -> LinkSet {
-        let mut destinations =
-            if frame.is_directed() { self.routes_to(frame.target, now) } else { self.links };
-        self.leave_out_own_path(link, &mut destinations);
-        if destinations.is_empty() && frame.is_directed() {
-            self.count_drop(link, DropReason::NoRoute);
-            let event = RouterEvent::NoRoute(frame.header.source, frame.target);
-            push_event(&mut self.events, event);
-        }
-        if self.has_sniffers {
-            destinations = destinations | self.sniffers(now);
-            self.leave_out_own_path(link, &mut destinations);
-        }
-        if !self.groups.is_empty() {
-            let is_heartbeat = frame.header.id == MessageId::HEARTBEAT;
-            destinations = self.choose_paths(destinations, is_heartbeat, now);
-        }
-        self.apply_loop_rule(link, frame, &mut destinations, now);
-        if frame.header.id == MessageId::SETUP_SIGNING {
-            destinations = self.permit_setup_signing(link, destinations);
-        }
-        destinations
-    }
-
-    /// A frame from `link` never goes there, nor to the links that lead the same way.
-    fn leave_out_own_path(&self, link: LinkId, destinations: &mut LinkSet) {
-        let group = self.port(link).and_then(Port::group);
-        match group.and_then(|group| self.groups.get(usize::from(group.0))) {
-            Some(group) => *destinations = *destinations - group.links(),
-            None => destinations.remove(link),
-        }
-    }
-
-    /// Lets each group choose its paths.
-    fn choose_paths(&mut self, candidates: LinkSet, is_heartbeat: bool, now: Time) -> LinkSet {
-        let mut chosen = candidates;
-        let ports = &self.ports;
-        let quality = |link: LinkId| {
-            ports[link.index()].as_ref().map_or_else(Quality::default, Port::quality)
+        let witness = Counting { ports: &mut self.ports, events: &mut self.events };
+        let mut decision = Decision {
+            options: self.options,
+            links: &self.links,
+            table: &self.table,
+            sniffers: &self.sniffers,
+            has_sniffers: self.has_sniffers,
+            groups: &mut self.groups,
+            witness,
         };
-        for (number, group) in self.groups.iter_mut().enumerate() {
-            let through = candidates & group.links();
-            chosen = chosen - group.links();
-            if !through.is_empty() {
-                chosen = chosen | group.expand(through, is_heartbeat, now, quality);
-                if let Some(member) = group.take_change() {
-                    // At most 256, as there are no more group numbers.
-                    let group = GroupId(number as u8);
-                    push_event(&mut self.events, RouterEvent::PathChosen(group, member));
-                }
-            }
-        }
-        chosen
-    }
-
-    /// The links that are sent everything.
-    fn sniffers(&self, now: Time) -> LinkSet {
-        match self.options.sniffer {
-            Some(system) => self.sniffers | self.routes_to(Component::new(system, 0), now),
-            None => self.sniffers,
-        }
-    }
-
-    /// The links that lead to a target (rules 36-38); the target's system is not 0.
-    fn routes_to(&self, target: Component, now: Time) -> LinkSet {
-        let oldest = self.options.route_age.map_or(Time::ZERO, |age| now - age);
-        if target.component != 0 {
-            let exact = self.table.find(target).map(|known| known.routes(oldest));
-            match exact {
-                Some(routes) if !routes.is_empty() => return routes,
-                _ if self.options.strict => return LinkSet::EMPTY,
-                _ => {}
-            }
-        }
-        let of_system = self.table.system(target.system);
-        of_system.fold(LinkSet::EMPTY, |all, known| all | known.routes(oldest))
-    }
-
-    /// Rule 47: SETUP_SIGNING passes only between links that both allow it.
-    fn permit_setup_signing(&mut self, link: LinkId, destinations: LinkSet) -> LinkSet {
-        let allows = |link: LinkId| {
-            self.ports[link.index()].as_ref().is_some_and(|p| p.options.forward_setup_signing)
-        };
-        let permitted = if allows(link) {
-            destinations.iter().filter(|link| allows(*link)).collect()
-        } else {
-            LinkSet::EMPTY
-        };
-        if permitted != destinations {
-            self.count_drop(link, DropReason::SetupSigning);
-        }
-        permitted
+        decision.destinations(link, frame, now)
     }
 
     #[inline]
@@ -322,7 +244,30 @@ impl Router {
     }
 }
 
-pub(super) fn count_drop(ports: &mut [Option<Port>], link: LinkId, reason: DropReason) {
+/// Counts what is decided.
+struct Counting<'a> {
+    ports: &'a mut [Option<Port>],
+    events: &'a mut VecDeque<RouterEvent>,
+}
+
+impl Witness for Counting<'_> {
+    #[inline]
+    fn ports(&self) -> &[Option<Port>] {
+        self.ports
+    }
+
+    #[inline]
+    fn count(&mut self, link: LinkId, reason: DropReason) {
+        count_drop(self.ports, link, reason);
+    }
+
+    #[inline]
+    fn tell(&mut self, event: RouterEvent) {
+        push_event(self.events, event);
+    }
+}
+
+fn count_drop(ports: &mut [Option<Port>], link: LinkId, reason: DropReason) {
     if let Some(Some(port)) = ports.get_mut(link.index()) {
         port.counters[reason] += 1;
     }
@@ -336,7 +281,7 @@ pub(super) fn push_event(events: &mut VecDeque<RouterEvent>, event: RouterEvent)
 
 /// What somebody waits for, and what the next frame replaces.
 #[inline]
-fn precedence(frame: &CheckedFrame<'_>) -> Precedence {
+pub(super) fn precedence(frame: &CheckedFrame<'_>) -> Precedence {
     match frame.header.id {
         MessageId::HEARTBEAT | MessageId::COMMAND_ACK | MessageId::MISSION_ACK => Precedence::Flash,
         id if frame.is_directed() || ANSWERS.contains(&id) => Precedence::Immediate,

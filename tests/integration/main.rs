@@ -16,6 +16,7 @@ mod control;
 mod corruption;
 mod datagrams;
 mod faults;
+mod flight_logs;
 mod forwarding;
 mod harness;
 mod idle;

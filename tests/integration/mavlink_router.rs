@@ -193,12 +193,10 @@ fn files_are_read_again_on_sighup_and_wrong_ones_change_nothing() {
 #[test]
 fn what_is_not_there_yet_is_told_once() {
     let routerd = Routerd::new();
-    let flags = ["-t0", "-r", "-l", "/var/log", "-T", "-y", "-c", "/nonexistent/main.conf"];
+    let flags = ["-t0", "-r", "-y", "-c", "/nonexistent/main.conf"];
     let router = routerd.start(&[&flags[..], &["127.77.0.3:14550"]].concat());
     let log = router.log.text();
-    for told in
-        ["-r: no statistics", "-l: flight logs", "-T: nothing is", "-y: the log", "main.conf"]
-    {
+    for told in ["-r: no statistics", "-y: the log", "main.conf"] {
         assert_eq!(log.matches(told).count(), 1, "{told} in\n{log}");
     }
 }
@@ -227,13 +225,17 @@ fn a_directory_is_imported_as_mavlink_router_reads_it() {
     let main = "[General]\nTcpServerPort=0\n[UdpEndpoint a]\nMode=normal\nAddress=10.0.0.2\n";
     dir.write("main.conf", main);
     fs::create_dir(dir.path("config.d")).unwrap();
-    dir.write("config.d/10", "[UdpEndpoint a]\nPort=14560\n[General]\nLog=/var/log\n");
+    dir.write(
+        "config.d/10",
+        "[UdpEndpoint a]\nPort=14560\n[General]\nReportStats=1\nLog=/var/log\n",
+    );
     let root: PathBuf = dir.path("");
     let output = run(&["import", text(&root)]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let toml = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(toml.contains("[endpoint.a]\naddress = \"udpout:10.0.0.2:14560\""), "{toml}");
-    let note = format!("{}:4:5: `Log` = /var/log: flight logs", text(&dir.path("config.d/10")));
+    let note = format!("{}:4:13: `ReportStats` = 1: no statistics", text(&dir.path("config.d/10")));
+    assert!(toml.contains("record = \"/var/log\"") && toml.contains("flight_log = \"auto\""));
     assert!(toml.contains(&note) && stderr(&output).contains(&note), "{toml}");
 }
 

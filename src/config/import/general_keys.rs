@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use super::value;
 use crate::config::general::{General, LogLevel};
+use crate::config::record::{FlightLog, RecordOptions, RecordWhen};
 use crate::config::value::WINDOW;
 
 /// What `[General]` says.
@@ -22,7 +23,15 @@ const TCP_PORT: u16 = 5760;
 
 impl Default for Draft {
     fn default() -> Self {
-        Self { general: General::default(), tcp_port: Some(TCP_PORT), dedup: None }
+        // What holds once a directory is named: logs of the vehicles, and nothing is deleted.
+        let record = RecordOptions {
+            telemetry: false,
+            min_free: 0,
+            flight_log: FlightLog::Auto,
+            ..RecordOptions::default()
+        };
+        let general = General { record, ..General::default() };
+        Self { general, tcp_port: Some(TCP_PORT), dedup: None }
     }
 }
 
@@ -105,64 +114,82 @@ pub const GENERAL_KEYS: &[GeneralKey] = &[
         name: "MavlinkDialect",
         expects: "auto, common or ardupilotmega",
         default: Some("auto"),
-        set: |_, text| value::word(text, &["auto", "common", "ardupilotmega"]).map(drop),
-        note: |text| {
-            let note = "flight logs are not recorded yet, and routing needs no dialect";
-            unless_word(text, "auto", note)
+        set: |to, text| {
+            const LOGS: [FlightLog; 3] = [FlightLog::Auto, FlightLog::Ulog, FlightLog::Dataflash];
+            let dialect = value::word(text, &["auto", "common", "ardupilotmega"])?;
+            to.general.record.flight_log = *LOGS.get(dialect)?;
+            Some(())
         },
+        note: |_| None,
     },
     GeneralKey {
         name: "Log",
         expects: "a directory",
         default: None,
-        set: |_, _| Some(()),
-        note: |_| Some("flight logs and telemetry are not recorded yet"),
+        set: |to, text| {
+            to.general.record.dir = (!text.is_empty()).then(|| text.into());
+            Some(())
+        },
+        note: |_| None,
     },
     GeneralKey {
         name: "LogMode",
         expects: "always or while-armed",
         default: Some("always"),
-        set: |_, text| value::word(text, &["always", "while-armed"]).map(drop),
-        note: |text| unless_word(text, "always", "nothing is recorded yet"),
+        set: |to, text| {
+            const MODES: [RecordWhen; 2] = [RecordWhen::Always, RecordWhen::Armed];
+            let mode = value::word(text, &["always", "while-armed"])?;
+            to.general.record.when = *MODES.get(mode)?;
+            Some(())
+        },
+        note: |_| None,
     },
     GeneralKey {
         name: "LogSystemId",
         expects: "a system id of 1 to 255",
         default: None,
-        set: |_, text| value::system(text).map(drop),
-        note: |_| Some("nothing is recorded yet"),
+        set: |to, text| {
+            to.general.record.flight_log_system = Some(value::system(text)?);
+            Some(())
+        },
+        note: |_| None,
     },
     GeneralKey {
         name: "MinFreeSpace",
         expects: NUMBER,
         default: Some("0"),
-        set: |_, text| value::number(text, 0..=u64::MAX).map(drop),
-        note: |text| unless_off(text, "nothing is recorded yet"),
+        set: |to, text| {
+            to.general.record.min_free = value::number(text, 0..=u64::MAX)?;
+            Some(())
+        },
+        note: |_| None,
     },
     GeneralKey {
         name: "MaxLogFiles",
         expects: NUMBER,
         default: Some("0"),
-        set: |_, text| value::number(text, 0..=u64::MAX).map(drop),
-        note: |text| unless_off(text, "nothing is recorded yet"),
+        set: |to, text| {
+            let files = value::number(text, 0..=u64::MAX)?;
+            to.general.record.max_files = usize::try_from(files).unwrap_or(usize::MAX);
+            Some(())
+        },
+        note: |_| None,
     },
     GeneralKey {
         name: "LogTelemetry",
         expects: FLAG,
         default: Some("false"),
-        set: |_, text| value::flag(text).map(drop),
-        note: |text| unless_off(text, "nothing is recorded yet"),
+        set: |to, text| {
+            to.general.record.telemetry = value::flag(text)?;
+            Some(())
+        },
+        note: |_| None,
     },
 ];
 
 /// What there is to say of a flag or a number that is not off.
 fn unless_off(text: &str, note: &'static str) -> Option<&'static str> {
     (value::flag(text) == Some(true)).then_some(note)
-}
-
-/// What there is to say of a word that is not the usual one.
-fn unless_word(text: &str, usual: &str, note: &'static str) -> Option<&'static str> {
-    (!text.eq_ignore_ascii_case(usual)).then_some(note)
 }
 
 fn log_level(text: &str) -> Option<LogLevel> {

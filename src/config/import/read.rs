@@ -14,6 +14,7 @@ use super::names::{find, kind_of, unknown_key};
 use super::{value, write};
 use crate::config::merge::{Config, Endpoint, too_many};
 use crate::config::place::{ConfigError, ConfigProblem};
+use crate::config::record::RecordOptions;
 use crate::config::source::Source;
 use crate::config::write::unused_name;
 
@@ -177,7 +178,12 @@ impl Reader {
 
     fn finish(mut self) -> Result<Imported, ConfigError> {
         endpoint::give_ports(&mut self.endpoints);
-        let mut config = Config { general: self.draft.general, endpoints: Vec::new() };
+        let mut general = self.draft.general;
+        if general.record.dir.is_none() {
+            // Without a directory, the other keys mean nothing.
+            general.record = RecordOptions::default();
+        }
+        let mut config = Config { general, endpoints: Vec::new() };
         for draft in self.endpoints {
             match endpoint::settle(&draft) {
                 Ok(endpoint) => config.endpoints.extend(endpoint),

@@ -103,7 +103,7 @@ fn daemon() -> Daemon {
 
 fn add(daemon: &mut Daemon, puppet: &Puppet, bandwidth: Option<u32>) -> (EndpointId, LinkId) {
     let options = EndpointOptions { bandwidth, ..EndpointOptions::default() };
-    let index = daemon.add_internal("puppet", options, puppet.hand()).unwrap();
+    let index = daemon.add_internal("puppet", options, &[], puppet.hand()).unwrap();
     (index, daemon.links_of(index)[0])
 }
 

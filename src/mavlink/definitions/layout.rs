@@ -8,6 +8,7 @@ use std::cmp::Reverse;
 
 use crate::mavlink::crc::Crc;
 use crate::mavlink::dialect::{Definition, Target};
+use crate::mavlink::fields::{Element, FieldLayout, MessageLayout};
 use crate::mavlink::id::MessageId;
 
 /// The longest payload a frame can carry, in bytes.
@@ -28,6 +29,10 @@ pub(super) struct Layout {
 struct Field {
     name: String,
     kind: FieldType,
+    /// What its values are called.
+    names: Option<String>,
+    /// Its place in the file.
+    place: usize,
 }
 
 impl Layout {
@@ -35,8 +40,9 @@ impl Layout {
         Self { id, name, fields: Vec::new(), base_fields: None }
     }
 
-    pub(super) fn add(&mut self, name: String, kind: FieldType) {
-        self.fields.push(Field { name, kind });
+    pub(super) fn add(&mut self, name: String, kind: FieldType, names: Option<String>) {
+        let place = self.fields.len();
+        self.fields.push(Field { name, kind, names, place });
     }
 
     /// All fields added from now on are extension fields.
@@ -49,22 +55,25 @@ impl Layout {
         len_of(&self.fields)
     }
 
-    /// What a router must know of the message.
+    /// What a router must know of the message, and what a reader must.
     ///
     /// The caller has seen to it that the payload is at most [`MAX_PAYLOAD`] bytes long.
-    pub(super) fn into_definition(mut self) -> Definition {
+    pub(super) fn into_parts(mut self) -> (Definition, MessageLayout) {
         let base_fields = self.base_fields.unwrap_or(self.fields.len());
         // Rule 13: the sort is stable, and extension fields stay as they are.
         self.fields[..base_fields].sort_by_key(|field| Reverse(field.kind.element_size));
         let base = &self.fields[..base_fields];
-        Definition {
+        let definition = Definition {
             id: self.id,
             crc_extra: crc_extra(&self.name, base),
             base_len: len_of(base) as u16,
             max_len: self.len() as u16,
             target: self.target(),
-            name: Cow::Owned(self.name),
-        }
+            name: Cow::Owned(self.name.clone()),
+        };
+        let (id, crc_extra) = definition.key();
+        let fields = in_order_of_file(self.fields);
+        (definition, MessageLayout { id, crc_extra, name: self.name, fields })
     }
 
     /// Rules 27-30. Fields must be in wire order.
@@ -87,6 +96,22 @@ impl Layout {
     }
 }
 
+/// From wire order, with the place in the payload of each.
+fn in_order_of_file(fields: Vec<Field>) -> Vec<FieldLayout> {
+    let mut offset = 0;
+    let with_offset = |field: Field| {
+        let Field { name, kind, names, place } = field;
+        // A payload has at most [`MAX_PAYLOAD`] bytes.
+        let at = offset as u8;
+        offset += kind.len();
+        let FieldType { element, elements, .. } = kind;
+        (place, FieldLayout { name, element: Element::of(element), elements, at, names })
+    };
+    let mut fields: Vec<(usize, FieldLayout)> = fields.into_iter().map(with_offset).collect();
+    fields.sort_by_key(|(place, _)| *place);
+    fields.into_iter().map(|(_, field)| field).collect()
+}
+
 fn len_of(fields: &[Field]) -> usize {
     fields.iter().map(|field| field.kind.len()).sum()
 }
@@ -95,7 +120,7 @@ fn len_of(fields: &[Field]) -> usize {
 fn crc_extra(message: &str, base: &[Field]) -> u8 {
     let mut crc = Crc::new();
     crc.update(format!("{message} ").as_bytes());
-    for Field { name, kind } in base {
+    for Field { name, kind, .. } in base {
         crc.update(format!("{} {name} ", kind.element).as_bytes());
         if let Some(elements) = kind.elements {
             crc.update(&[elements]);
@@ -181,7 +206,7 @@ mod tests {
     fn layout(id: u32, name: &str, fields: &[(&str, &str)]) -> Layout {
         let mut layout = Layout::new(MessageId(id), name.to_owned());
         for (kind, name) in fields {
-            layout.add((*name).to_owned(), FieldType::parse(kind).unwrap());
+            layout.add((*name).to_owned(), FieldType::parse(kind).unwrap(), None);
         }
         layout
     }
@@ -196,7 +221,7 @@ mod tests {
             ("uint8_t", "system_status"),
             ("uint8_t_mavlink_version", "mavlink_version"),
         ];
-        let heartbeat = layout(0, "HEARTBEAT", &fields).into_definition();
+        let heartbeat = layout(0, "HEARTBEAT", &fields).into_parts().0;
         assert_eq!((heartbeat.crc_extra, heartbeat.base_len), (50, 9));
     }
 
@@ -209,7 +234,7 @@ mod tests {
             ("int16_t", "param_index"),
         ];
         // PARAM_REQUEST_READ: the index first, then the bytes in the order of the file.
-        let read = layout(20, "PARAM_REQUEST_READ", &fields).into_definition();
+        let read = layout(20, "PARAM_REQUEST_READ", &fields).into_parts().0;
         assert_eq!((read.crc_extra, read.base_len), (214, 20));
         assert_eq!(read.target, Target::SystemComponent(2, 3));
     }
@@ -226,9 +251,9 @@ mod tests {
             ("uint8_t", "target_component"),
         ];
         for (kind, name) in extensions {
-            ack.add(name.to_owned(), FieldType::parse(kind).unwrap());
+            ack.add(name.to_owned(), FieldType::parse(kind).unwrap(), None);
         }
-        let ack = ack.into_definition();
+        let ack = ack.into_parts().0;
         assert_eq!((ack.crc_extra, ack.base_len, ack.max_len), (143, 3, 10));
         assert_eq!(ack.target, Target::SystemComponent(8, 9));
     }
@@ -236,12 +261,12 @@ mod tests {
     #[test]
     fn rule_27_only_manual_control_has_a_target_of_another_name() {
         let fields = [("uint8_t", "target"), ("int16_t", "x")];
-        let target = |id, name| layout(id, name, &fields).into_definition().target;
+        let target = |id, name| layout(id, name, &fields).into_parts().0.target;
         assert_eq!(target(69, "MANUAL_CONTROL"), Target::System(2));
         assert_eq!(target(70, "MANUAL_CONTROL"), Target::None);
         assert_eq!(target(69, "OTHER"), Target::None);
         let lonely = layout(7, "LONELY", &[("uint8_t", "target_component")]);
-        assert_eq!(lonely.into_definition().target, Target::None);
+        assert_eq!(lonely.into_parts().0.target, Target::None);
     }
 
     #[test]

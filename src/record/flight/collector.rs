@@ -1,0 +1,201 @@
+//! Finds the vehicles that make logs, and has a session with each of them.
+//!
+//! It is one of the vehicle's own components to each vehicle, the logger 155, on a link inside the
+//! program. It says nothing until a vehicle is heard whose log is wanted.
+
+use std::collections::VecDeque;
+
+use super::dataflash::Dataflash;
+use super::message::{
+    AUTOPILOT, Heard, LOGGING_DATA, LOGGING_DATA_ACKED, REMOTE_LOG_DATA_BLOCK, Said,
+};
+use super::sink::FlightFeed;
+use super::ulog::Ulog;
+use crate::config::{FlightLog, RecordOptions, RecordWhen};
+use crate::mavlink::{Frame, MessageId};
+use crate::routing::{LocalPeer, Time};
+
+/// How many vehicles it has sessions with; those that come later make no log here.
+const VEHICLES: usize = 32;
+
+/// How much may wait to be said; what goes beyond is said again when it is asked for again.
+const OUTBOX: usize = 4_096;
+
+/// MAV_AUTOPILOT_ARDUPILOTMEGA, MAV_AUTOPILOT_INVALID and MAV_AUTOPILOT_PX4.
+const ARDUPILOT: u8 = 3;
+const NO_AUTOPILOT: u8 = 8;
+const PX4: u8 = 12;
+
+/// MAV_MODE_FLAG_SAFETY_ARMED.
+const ARMED: u8 = 0x80;
+
+/// How much less the time since boot has to be for a restart, in milliseconds: frames may overtake
+/// each other.
+const RESTART: u32 = 3_000;
+
+/// Takes the logs that vehicles make; see the module.
+#[derive(Debug)]
+pub struct Collector {
+    which: FlightLog,
+    when: RecordWhen,
+    system: Option<u8>,
+    feed: FlightFeed,
+    vehicles: Vec<Vehicle>,
+    outbox: VecDeque<(u8, Said)>,
+}
+
+#[derive(Debug)]
+struct Vehicle {
+    system: u8,
+    session: Session,
+    /// The number of our next frame in its system.
+    seq: u8,
+    /// Its time since boot, in milliseconds.
+    since_boot: u32,
+}
+
+#[derive(Debug)]
+enum Session {
+    Ulog(Ulog),
+    Dataflash(Dataflash),
+}
+
+impl Collector {
+    /// The messages that it wants to hear.
+    pub const HEARS: [MessageId; 6] = [
+        MessageId::HEARTBEAT,
+        MessageId::SYSTEM_TIME,
+        MessageId::COMMAND_ACK,
+        REMOTE_LOG_DATA_BLOCK,
+        LOGGING_DATA,
+        LOGGING_DATA_ACKED,
+    ];
+
+    /// Takes the logs that `options` ask for, and hands them to the writer at the end of `feed`.
+    pub fn new(options: &RecordOptions, feed: FlightFeed) -> Self {
+        Self {
+            which: options.flight_log,
+            when: options.when,
+            system: options.flight_log_system,
+            feed,
+            vehicles: Vec::new(),
+            outbox: VecDeque::new(),
+        }
+    }
+
+    fn handle_heartbeat(&mut self, frame: &Frame<'_>, now: Time) {
+        let system = frame.header().source.system;
+        let Some(at) = self.find_or_add(system, frame.payload_byte(5)) else { return };
+        let is_armed = frame.payload_byte(6) & ARMED != 0;
+        let is_wanted = self.when == RecordWhen::Always || is_armed;
+        self.with(at, |session, sink, out| match session {
+            Session::Ulog(ulog) => ulog.set_wanted(is_wanted, now, sink, out),
+            Session::Dataflash(log) => log.set_wanted(is_wanted, now, sink, out),
+        });
+    }
+
+    fn find_or_add(&mut self, system: u8, autopilot: u8) -> Option<usize> {
+        let found = self.vehicles.iter().position(|vehicle| vehicle.system == system);
+        if found.is_some() || self.vehicles.len() == VEHICLES {
+            return found;
+        }
+        if self.system.is_some_and(|wanted| wanted != system) {
+            return None;
+        }
+        let session = match (self.which, autopilot) {
+            (FlightLog::Off, _) | (_, NO_AUTOPILOT) => return None,
+            (FlightLog::Ulog, _) | (FlightLog::Auto, PX4) => Session::Ulog(Ulog::new(system)),
+            (FlightLog::Dataflash, _) | (FlightLog::Auto, ARDUPILOT) => {
+                Session::Dataflash(Dataflash::new(system))
+            }
+            (FlightLog::Auto, _) => return None,
+        };
+        self.vehicles.push(Vehicle { system, session, seq: 0, since_boot: 0 });
+        Some(self.vehicles.len() - 1)
+    }
+
+    fn handle_system_time(&mut self, at: usize, frame: &Frame<'_>, now: Time) {
+        let bytes = [8, 9, 10, 11].map(|offset| frame.payload_byte(offset));
+        let since_boot = u32::from_le_bytes(bytes);
+        let before = std::mem::replace(&mut self.vehicles[at].since_boot, since_boot);
+        if since_boot.saturating_add(RESTART) < before {
+            self.with(at, |session, sink, out| match session {
+                Session::Ulog(ulog) => ulog.handle_reboot(now, sink, out),
+                Session::Dataflash(log) => log.handle_reboot(now, sink, out),
+            });
+        }
+    }
+
+    /// Does something with the session of a vehicle; what it has to say goes to the outbox.
+    fn with(
+        &mut self,
+        at: usize,
+        act: impl FnOnce(&mut Session, &mut super::sink::FlightSink<'_>, &mut Vec<Said>),
+    ) {
+        let Some(vehicle) = self.vehicles.get_mut(at) else { return };
+        let mut out = Vec::new();
+        // At most `VEHICLES`.
+        act(&mut vehicle.session, &mut self.feed.sink(at as u8), &mut out);
+        let system = vehicle.system;
+        let room = OUTBOX - self.outbox.len();
+        self.outbox.extend(out.into_iter().take(room).map(|said| (system, said)));
+    }
+
+    fn handle_timeouts(&mut self, now: Time) {
+        for at in 0..self.vehicles.len() {
+            if self.vehicles[at].session.poll_timeout().is_some_and(|due| due <= now) {
+                self.with(at, |session, sink, out| match session {
+                    Session::Ulog(ulog) => ulog.handle_timeout(now, sink, out),
+                    Session::Dataflash(log) => log.handle_timeout(now, sink, out),
+                });
+            }
+        }
+    }
+}
+
+impl Session {
+    fn poll_timeout(&self) -> Option<Time> {
+        match self {
+            Self::Ulog(ulog) => ulog.poll_timeout(),
+            Self::Dataflash(log) => log.poll_timeout(),
+        }
+    }
+}
+
+impl LocalPeer for Collector {
+    fn handle_frame(&mut self, frame: &Frame<'_>, now: Time) {
+        let header = frame.header();
+        if header.source.component != AUTOPILOT {
+            return;
+        }
+        if header.id == MessageId::HEARTBEAT {
+            return self.handle_heartbeat(frame, now);
+        }
+        let system = header.source.system;
+        let Some(at) = self.vehicles.iter().position(|it| it.system == system) else { return };
+        if header.id == MessageId::SYSTEM_TIME {
+            self.handle_system_time(at, frame, now);
+        } else if let Some(heard) = Heard::read(frame) {
+            self.with(at, |session, sink, out| match session {
+                Session::Ulog(ulog) => ulog.handle(heard, now, sink, out),
+                Session::Dataflash(log) => log.handle(&heard, now, sink, out),
+            });
+        }
+    }
+
+    fn poll_transmit(&mut self, now: Time, out: &mut Vec<u8>) -> bool {
+        self.handle_timeouts(now);
+        let Some((system, said)) = self.outbox.pop_front() else { return false };
+        let vehicle = self.vehicles.iter_mut().find(|vehicle| vehicle.system == system);
+        let seq = vehicle.map_or(0, |vehicle| {
+            vehicle.seq = vehicle.seq.wrapping_add(1);
+            vehicle.seq
+        });
+        said.encode(system, seq, out);
+        true
+    }
+
+    fn poll_timeout(&self) -> Option<Time> {
+        self.vehicles.iter().filter_map(|vehicle| vehicle.session.poll_timeout()).min()
+    }
+}

@@ -1,0 +1,255 @@
+//! The DataFlash log of one ArduPilot: blocks with numbers, each acknowledged, and those that are
+//! missing asked for.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use super::message::{BLOCK, Heard, Said};
+use super::sink::Sink;
+use crate::routing::Time;
+
+/// Numbers that are none: MAV_REMOTE_LOG_DATA_BLOCK_STOP and MAV_REMOTE_LOG_DATA_BLOCK_START.
+const STOP: u32 = 2_147_483_645;
+const START: u32 = 2_147_483_646;
+
+/// How long a block is waited for before the vehicle is asked again to begin, or to stop.
+const AGAIN: Duration = Duration::from_secs(1);
+
+/// Blocks below this one may be the first to arrive of a log: those before them come later.
+const BEGINNING: u32 = 100;
+
+/// How often it is asked for blocks that are missing.
+const NACK_AGAIN: Duration = Duration::from_millis(300);
+
+/// How often for each of them: a vehicle forgets blocks that are long gone.
+const NACKS: u8 = 20;
+
+/// How many blocks may be missing at once: no vehicle holds more for us.
+const MISSING: usize = 1_024;
+
+/// A block so far ahead of the others belongs to no log: nobody shall make a file of any size.
+const AHEAD: u32 = 100_000;
+
+/// For how long the last blocks are waited for after the log has ended.
+const LATE: Duration = Duration::from_secs(2);
+
+/// When nothing has come for so long, the vehicle is asked to begin, in case that it has started
+/// again. One that has not takes no notice.
+const SILENCE: Duration = Duration::from_secs(5);
+
+/// How far the log of one vehicle is.
+#[derive(Debug)]
+pub(super) struct Dataflash {
+    system: u8,
+    state: State,
+    /// When something is to be done.
+    timer: Option<Time>,
+    log: Option<Log>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum State {
+    /// No log is wanted.
+    Idle,
+    /// It was asked for, and has not begun.
+    Starting,
+    /// It comes.
+    Running,
+    /// Nothing came for a while: it was asked for once more.
+    Silent,
+    /// It is not wanted any more; what is on its way or missing is still taken, until then.
+    Stopping(Time),
+}
+
+/// The file in the making.
+#[derive(Debug)]
+struct Log {
+    /// The number after the highest that came.
+    next: u32,
+    /// The blocks before it that did not come, and how often each was asked for.
+    missing: BTreeMap<u32, u8>,
+    /// When they are asked for again.
+    ask_at: Option<Time>,
+}
+
+impl Dataflash {
+    pub(super) fn new(system: u8) -> Self {
+        Self { system, state: State::Idle, timer: None, log: None }
+    }
+
+    /// A log is wanted from now on, or is not.
+    pub(super) fn set_wanted(
+        &mut self,
+        is_wanted: bool,
+        now: Time,
+        sink: &mut impl Sink,
+        out: &mut Vec<Said>,
+    ) {
+        match (is_wanted, self.state) {
+            (true, State::Idle) => self.start(now, out),
+            (true, State::Stopping(_)) => {
+                // What comes from now on is another log.
+                self.finish(sink);
+                self.stop(out);
+                self.start(now, out);
+            }
+            (false, State::Starting | State::Running | State::Silent) => {
+                self.stop(out);
+                (self.state, self.timer) = (State::Stopping(now + LATE), Some(now + AGAIN));
+            }
+            _ => {}
+        }
+    }
+
+    /// The vehicle has started again: its log has ended, and another may begin.
+    pub(super) fn handle_reboot(&mut self, now: Time, sink: &mut impl Sink, out: &mut Vec<Said>) {
+        self.finish(sink);
+        match self.state {
+            State::Starting | State::Running | State::Silent => self.start(now, out),
+            State::Idle | State::Stopping(_) => (self.state, self.timer) = (State::Idle, None),
+        }
+    }
+
+    pub(super) fn handle(
+        &mut self,
+        heard: &Heard,
+        now: Time,
+        sink: &mut impl Sink,
+        out: &mut Vec<Said>,
+    ) {
+        let Heard::Block(number, bytes) = heard else { return };
+        if *number >= STOP {
+            return;
+        }
+        match self.state {
+            // Nobody wants it: the vehicle shall stop.
+            State::Idle => return self.stop(out),
+            State::Starting if *number < BEGINNING => self.begin(sink),
+            State::Silent if self.is_another(*number) => self.begin(sink),
+            // A log that was begun for somebody else: without its beginning it is of no use.
+            State::Starting => return self.begin_anew(now, out),
+            _ => {}
+        }
+        if !sink.has_room(BLOCK) {
+            // Not acknowledged, it comes again.
+            return;
+        }
+        if let Some(log) = &mut self.log
+            && *number < log.next.saturating_add(AHEAD)
+            && sink.write(u64::from(*number) * BLOCK as u64, bytes)
+        {
+            log.handle(*number, now);
+            out.push(self.status(*number, true));
+        }
+        if !matches!(self.state, State::Stopping(_)) {
+            (self.state, self.timer) = (State::Running, Some(now + SILENCE));
+        }
+        self.ask(now, out);
+    }
+
+    /// Whether a block after a long silence is of another log: its numbers begin anew.
+    fn is_another(&self, number: u32) -> bool {
+        let next = self.log.as_ref().map_or(0, |log| log.next);
+        number == 0 || (number < BEGINNING && next > 2 * BEGINNING)
+    }
+
+    /// Has the vehicle begin anew; what is on its way may still be of the log before.
+    fn begin_anew(&mut self, now: Time, out: &mut Vec<Said>) {
+        if self.timer.is_none_or(|at| at <= now + AGAIN / 2) {
+            self.stop(out);
+            self.start(now, out);
+        }
+    }
+
+    fn begin(&mut self, sink: &mut impl Sink) {
+        self.finish(sink);
+        sink.open("bin");
+        self.log = Some(Log { next: 0, missing: BTreeMap::new(), ask_at: None });
+    }
+
+    pub(super) fn handle_timeout(&mut self, now: Time, sink: &mut impl Sink, out: &mut Vec<Said>) {
+        self.ask(now, out);
+        if self.timer.is_none_or(|at| at > now) {
+            return;
+        }
+        match self.state {
+            State::Idle => self.timer = None,
+            State::Starting => self.start(now, out),
+            State::Running | State::Silent => {
+                out.push(self.status(START, true));
+                (self.state, self.timer) = (State::Silent, Some(now + SILENCE));
+            }
+            State::Stopping(until) if until <= now => {
+                self.finish(sink);
+                (self.state, self.timer) = (State::Idle, None);
+            }
+            State::Stopping(_) => {
+                self.stop(out);
+                self.timer = Some(now + AGAIN);
+            }
+        }
+    }
+
+    pub(super) fn poll_timeout(&self) -> Option<Time> {
+        let ask_at = self.log.as_ref().and_then(|log| log.ask_at);
+        self.timer.into_iter().chain(ask_at).min()
+    }
+
+    /// Asks for the blocks that are missing, if it is time to.
+    fn ask(&mut self, now: Time, out: &mut Vec<Said>) {
+        let system = self.system;
+        let Some(log) = &mut self.log else { return };
+        if log.ask_at.is_some_and(|at| at <= now) {
+            for (number, asked) in &mut log.missing {
+                *asked += 1;
+                out.push(Said::block_status(system, *number, false));
+            }
+            log.missing.retain(|_, asked| *asked < NACKS);
+            log.ask_at = (!log.missing.is_empty()).then(|| now + NACK_AGAIN);
+        }
+    }
+
+    fn start(&mut self, now: Time, out: &mut Vec<Said>) {
+        out.push(self.status(START, true));
+        (self.state, self.timer) = (State::Starting, Some(now + AGAIN));
+    }
+
+    fn stop(&self, out: &mut Vec<Said>) {
+        out.push(self.status(STOP, true));
+    }
+
+    fn status(&self, number: u32, has_arrived: bool) -> Said {
+        Said::block_status(self.system, number, has_arrived)
+    }
+
+    /// The log ends with what there is.
+    fn finish(&mut self, sink: &mut impl Sink) {
+        if self.log.take().is_some() {
+            sink.close();
+        }
+    }
+}
+
+impl Log {
+    /// A block has come.
+    fn handle(&mut self, number: u32, now: Time) {
+        self.missing.remove(&number);
+        if number >= self.next {
+            // The latest are those that the vehicle may still have.
+            let first = self.next.max(number.saturating_sub(MISSING as u32));
+            self.missing.extend((first..number).map(|missing| (missing, 0)));
+            while self.missing.len() > MISSING {
+                self.missing.pop_first();
+            }
+            self.next = number + 1;
+        }
+        if self.missing.is_empty() {
+            self.ask_at = None;
+        } else {
+            self.ask_at.get_or_insert(now);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

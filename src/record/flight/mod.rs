@@ -1,0 +1,18 @@
+//! Logs that the flight stacks make themselves, and send over MAVLink to whoever asks: ULog of PX4,
+//! DataFlash blocks of ArduPilot.
+//!
+//! [`Collector`] finds the vehicles and has a session with each; a session is a machine without a
+//! clock or a file, which asks for the log, acknowledges what arrives and asks again for what does
+//! not.
+
+mod assembler;
+mod collector;
+mod dataflash;
+mod message;
+mod sink;
+#[cfg(test)]
+mod stage;
+mod ulog;
+
+pub use collector::Collector;
+pub use sink::FlightFeed;
