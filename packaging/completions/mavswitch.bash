@@ -37,6 +37,9 @@ _mavswitch() {
             mavswitch,import)
                 cmd="mavswitch__subcmd__import"
                 ;;
+            mavswitch,listen)
+                cmd="mavswitch__subcmd__listen"
+                ;;
             mavswitch,log)
                 cmd="mavswitch__subcmd__log"
                 ;;
@@ -49,8 +52,8 @@ _mavswitch() {
             mavswitch,status)
                 cmd="mavswitch__subcmd__status"
                 ;;
-            mavswitch,top)
-                cmd="mavswitch__subcmd__top"
+            mavswitch,why)
+                cmd="mavswitch__subcmd__why"
                 ;;
             mavswitch__subcmd__endpoint,add)
                 cmd="mavswitch__subcmd__endpoint__subcmd__add"
@@ -109,6 +112,9 @@ _mavswitch() {
             mavswitch__subcmd__help,import)
                 cmd="mavswitch__subcmd__help__subcmd__import"
                 ;;
+            mavswitch__subcmd__help,listen)
+                cmd="mavswitch__subcmd__help__subcmd__listen"
+                ;;
             mavswitch__subcmd__help,log)
                 cmd="mavswitch__subcmd__help__subcmd__log"
                 ;;
@@ -121,8 +127,8 @@ _mavswitch() {
             mavswitch__subcmd__help,status)
                 cmd="mavswitch__subcmd__help__subcmd__status"
                 ;;
-            mavswitch__subcmd__help,top)
-                cmd="mavswitch__subcmd__help__subcmd__top"
+            mavswitch__subcmd__help,why)
+                cmd="mavswitch__subcmd__help__subcmd__why"
                 ;;
             mavswitch__subcmd__help__subcmd__endpoint,add)
                 cmd="mavswitch__subcmd__help__subcmd__endpoint__subcmd__add"
@@ -188,7 +194,7 @@ _mavswitch() {
 
     case "${cmd}" in
         mavswitch)
-            opts="-c -v -q -h -V --config --learn --strict --route-age --sniffer --dialect --metrics --control --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help --version dialect ports completions check import log status endpoint top log-level config help"
+            opts="-c -v -q -h -V --config --learn --strict --route-age --sniffer --dialect --control --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help --version dialect ports completions check import log status why listen endpoint log-level config help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 1 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -219,10 +225,6 @@ _mavswitch() {
                     return 0
                     ;;
                 --dialect)
-                    COMPREPLY=($(compgen -f "${cur}"))
-                    return 0
-                    ;;
-                --metrics)
                     COMPREPLY=($(compgen -f "${cur}"))
                     return 0
                     ;;
@@ -314,7 +316,7 @@ _mavswitch() {
             return 0
             ;;
         mavswitch__subcmd__config)
-            opts="-c -v -q -h --config --learn --strict --route-age --sniffer --dialect --metrics --control --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help"
+            opts="-c -v -q -h --config --learn --strict --route-age --sniffer --dialect --control --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -345,10 +347,6 @@ _mavswitch() {
                     return 0
                     ;;
                 --dialect)
-                    COMPREPLY=($(compgen -f "${cur}"))
-                    return 0
-                    ;;
-                --metrics)
                     COMPREPLY=($(compgen -f "${cur}"))
                     return 0
                     ;;
@@ -648,7 +646,7 @@ _mavswitch() {
             return 0
             ;;
         mavswitch__subcmd__help)
-            opts="dialect ports completions check import log status endpoint top log-level config help"
+            opts="dialect ports completions check import log status why listen endpoint log-level config help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -829,6 +827,20 @@ _mavswitch() {
             COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
             return 0
             ;;
+        mavswitch__subcmd__help__subcmd__listen)
+            opts=""
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
         mavswitch__subcmd__help__subcmd__log)
             opts="info cut merge filter"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
@@ -941,7 +953,7 @@ _mavswitch() {
             COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
             return 0
             ;;
-        mavswitch__subcmd__help__subcmd__top)
+        mavswitch__subcmd__help__subcmd__why)
             opts=""
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
@@ -962,6 +974,40 @@ _mavswitch() {
                 return 0
             fi
             case "${prev}" in
+                --log-format)
+                    COMPREPLY=($(compgen -W "auto text json journal plain" -- "${cur}"))
+                    return 0
+                    ;;
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
+        mavswitch__subcmd__listen)
+            opts="-n -v -q -h --json --count --dialect --control --verbose --quiet --log-format --help"
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                --count)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                -n)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --dialect)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --control)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
                 --log-format)
                     COMPREPLY=($(compgen -W "auto text json journal plain" -- "${cur}"))
                     return 0
@@ -1273,8 +1319,8 @@ _mavswitch() {
             COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
             return 0
             ;;
-        mavswitch__subcmd__top)
-            opts="-v -q -h --control --verbose --quiet --log-format --help"
+        mavswitch__subcmd__why)
+            opts="-v -q -h --json --control --verbose --quiet --log-format --help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use mio::event::Event;
-use mio::{Events, Poll, Registry, Token, Waker};
+use mio::{Events, Poll, Registry, Waker};
 use tracing::info;
 
 use super::control::Control;
@@ -20,6 +20,7 @@ use super::reload::{Host, Reloader};
 use super::settings::settle;
 use super::signals::Signals;
 use super::timers::Timers;
+pub(super) use super::token::Meaning;
 use super::transmit::{Io, tell_of_room};
 use crate::config::{EndpointConfig, General};
 use crate::link::{Inbox, Opener, Resolver};
@@ -91,59 +92,11 @@ pub(super) enum Ready {
     Endpoint(EndpointId),
 }
 
-/// What a token of the poll means.
-pub(super) enum Meaning {
-    Signal,
-    Wake,
-    /// Whoever has this place in the table.
-    Endpoint(u16),
-    Link(LinkId),
-    /// The control socket, 0, or one of its clients.
-    Control(u8),
-    /// The port for metrics, 0, or one of its connections.
-    Http(u8),
-}
-
-const SIGNAL: Token = Token(0);
-const WAKE: Token = Token(1);
-
-/// The first token behind those of endpoints and links.
-const CONTROL: usize = 1 << 20;
-
-/// The first token behind those of the control socket.
-const HTTP: usize = CONTROL + (1 << 8);
-
 /// How long queues may take to drain at the end.
 const LINGER: Duration = Duration::from_millis(500);
 
 /// How many events one poll brings at most; the others come with the next.
 const EVENTS: usize = 256;
-
-impl Meaning {
-    pub(super) fn token(&self) -> Token {
-        match self {
-            Self::Signal => SIGNAL,
-            Self::Wake => WAKE,
-            Self::Endpoint(slot) => Token(2 + usize::from(*slot) * 2),
-            Self::Link(link) => Token(3 + link.index() * 2),
-            Self::Control(number) => Token(CONTROL + usize::from(*number)),
-            Self::Http(number) => Token(HTTP + usize::from(*number)),
-        }
-    }
-
-    fn of(token: Token) -> Option<Self> {
-        Some(match token {
-            SIGNAL => Self::Signal,
-            WAKE => Self::Wake,
-            Token(number) if number >= HTTP => Self::Http(u8::try_from(number - HTTP).ok()?),
-            Token(number) if number >= CONTROL => {
-                Self::Control(u8::try_from(number - CONTROL).ok()?)
-            }
-            Token(number) if number % 2 == 0 => Self::Endpoint(u16::try_from(number / 2 - 1).ok()?),
-            Token(number) => Self::Link(LinkId::new((number - 3) / 2)?),
-        })
-    }
-}
 
 /// Opens all endpoints, and moves frames between them until SIGINT or SIGTERM comes, or the terminal
 /// is closed. SIGHUP makes it ask `host` for a new configuration.
@@ -154,7 +107,8 @@ impl Meaning {
 /// the system refuses what the loop itself needs.
 pub fn run(config: DaemonConfig, host: Arc<dyn Host>) -> Result<(), StartError> {
     let poll = Poll::new().map_err(StartError::System)?;
-    let signals = Signals::register(poll.registry(), SIGNAL).map_err(StartError::System)?;
+    let signals =
+        Signals::register(poll.registry(), Meaning::Signal.token()).map_err(StartError::System)?;
     let mut daemon = Daemon::new(config, host, poll, signals)?;
     daemon.open_all()?;
     daemon.open_control();
@@ -193,7 +147,9 @@ impl Daemon {
         poll: Poll,
         signals: Signals,
     ) -> Result<Self, StartError> {
-        let waker = Arc::new(Waker::new(poll.registry(), WAKE).map_err(StartError::System)?);
+        let waker = Arc::new(
+            Waker::new(poll.registry(), Meaning::Wake.token()).map_err(StartError::System)?,
+        );
         let registry = poll.registry().try_clone().map_err(StartError::System)?;
         let now = Time::ZERO;
         Ok(Self {
@@ -308,6 +264,7 @@ impl Daemon {
         self.handle_unsent();
         self.report_events();
         self.tell_status();
+        self.tell_listeners();
         if let Some(recorder) = &mut self.recorder {
             recorder.end_turn();
         }

@@ -31,6 +31,7 @@ mod settings;
 mod signals;
 mod snapshot;
 mod timers;
+mod token;
 mod transmit;
 mod upkeep;
 

@@ -25,6 +25,7 @@ mod rate_limit;
 mod route_table;
 mod router;
 mod sequence;
+mod tap;
 mod time;
 
 pub use counters::{DropReason, LinkCounters};
@@ -43,4 +44,5 @@ pub use rate_limit::RateCap;
 pub use route_table::{Heard, KnownComponent, MAX_COMPONENTS, MAX_HEARD, RouteTable};
 pub use router::Router;
 pub use sequence::Sequence;
+pub use tap::{Sighting, Tap};
 pub use time::Time;

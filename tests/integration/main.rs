@@ -36,3 +36,4 @@ mod serial;
 mod shutdown;
 mod stalled;
 mod top;
+mod watch;
