@@ -109,6 +109,7 @@ pub struct RouteArgs {
     /// tcpin:HOST:PORT     listen for TCP connections
     /// tcpout:HOST:PORT    connect by TCP, again and again
     /// serial:DEVICE:BAUD  a serial port; /dev/ttyACM0 alone will do
+    /// tlog:FILE           play back a telemetry log
     ///
     /// Ports left out are 14550 for UDP and 5760 for TCP; a baud rate left out is 57600. The
     /// spellings of pymavlink, MAVProxy, MAVSDK, mavp2p, mavlink-server and mavlink-router are

@@ -8,6 +8,7 @@ mod filters;
 mod groups;
 mod pace;
 mod peers;
+mod replay;
 mod row;
 
 use super::address::AddressKind::{self, Multicast, TcpIn, TcpOut, UdpBroadcast, UdpIn, UdpOut};
@@ -26,6 +27,7 @@ const SUBJECTS: &[&[OptionSpec]] = &[
     datagrams::DATAGRAMS,
     filters::FILTERS,
     groups::GROUPS,
+    replay::REPLAY,
 ];
 
 /// All options, in the order in which they are printed and explained.

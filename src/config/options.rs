@@ -57,6 +57,11 @@ pub struct EndpointOptions {
     /// Whether SETUP_SIGNING, which carries a secret key, may pass between this endpoint and others
     /// that allow it.
     pub forward_setup_signing: bool,
+    /// How many times as fast as it was recorded a log is played back, 0..=1000; 0: as fast as the
+    /// others take it.
+    pub speed: f32,
+    /// Whether a log begins anew when it has ended.
+    pub looped: bool,
     /// Whether what comes from this endpoint is recorded, if anything is.
     pub record: bool,
     /// The name of the path that this endpoint shares with others, 1 to 64 characters. Nothing is
@@ -93,6 +98,8 @@ impl Default for EndpointOptions {
             filter_out: FilterOptions::default(),
             sniffer: false,
             forward_setup_signing: false,
+            speed: 1.0,
+            looped: false,
             record: true,
             group: None,
             path: PathChoice::All,

@@ -143,6 +143,11 @@ pub(super) fn show_rates(rates: &[(MessageRef, f32)]) -> Option<String> {
     (!rates.is_empty()).then(|| rates.join(","))
 }
 
+/// How many times as fast: a number of 0 to 1000, with or without decimals.
+pub(super) fn speed(text: &str) -> Option<f32> {
+    decimal(text).filter(|speed| (0.0..=1000.0).contains(speed))
+}
+
 /// Messages by name or number: `RAW_IMU,27`.
 pub fn messages(text: &str) -> Option<Vec<MessageRef>> {
     text.split(',').map(message_ref).collect()

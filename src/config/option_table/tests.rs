@@ -1,7 +1,7 @@
 //! What every option takes, refuses, shows and defaults to.
 
 use super::*;
-use crate::config::AddressKind::Serial;
+use crate::config::AddressKind::{Serial, Tlog};
 use crate::config::{Address, EndpointConfig, EndpointOptions};
 
 /// Values at the edges of what each option takes; the second list is refused.
@@ -42,6 +42,8 @@ const EDGES: &[(&str, &[&str], &[&str])] = &[
     ("path", &["all", "best"], &["any"]),
     ("prefer", &["0", "255"], &["256"]),
     ("dedup", &["1", "1000", "1s", "0.5s", "2ms"], &["0", "1001", "2s", "0.4"]),
+    ("speed", &["0", "0.5", "1000"], &["", "-1", "1001", "fast"]),
+    ("loop", &["true", "false"], &["1"]),
 ];
 const RATES_REFUSED: &[&str] = &[
     "",
@@ -62,6 +64,7 @@ fn plain(kind: AddressKind) -> EndpointConfig {
     let address = match kind {
         Multicast => "239.0.0.1",
         Serial => "auto",
+        Tlog => "/tmp/flight.tlog",
         _ => "10.0.0.2",
     };
     let address = Address::parse(&format!("{}:{address}", kind.scheme())).unwrap();

@@ -151,6 +151,8 @@ const VALUES: &[(&str, &[&str])] = &[
     ("path", &["all", "best"]),
     ("prefer", &["3", "7"]),
     ("dedup", &["100", "200"]),
+    ("speed", &["0.5", "2"]),
+    ("loop", &["true", "false"]),
 ];
 
 /// Addresses that open, or do not, in the same way each time.
