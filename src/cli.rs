@@ -14,8 +14,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
 use crate::config::{
-    self, CONFIG_DIR, Config, ConfigError, ControlPlace, EndpointConfig, General, LogFormat,
-    LogLevel, default_files, load_config,
+    self, CONFIG_DIR, Config, ConfigError, ControlPlace, EndpointConfig, General, KeyFile,
+    LogFormat, LogLevel, default_files, load_config,
 };
 use crate::routing::Learn;
 
@@ -155,6 +155,10 @@ pub struct RouteArgs {
     #[arg(long, value_name = "ADDRESS:PORT")]
     pub metrics: Option<SocketAddr>,
 
+    /// A signing key that endpoints may name, and the file that it is in; may be repeated
+    #[arg(long, value_name = "NAME=FILE", value_parser = key)]
+    pub key: Vec<KeyFile>,
+
     /// Where to have the control socket, by which `mavswitch status` and others ask; off: nowhere
     ///
     /// Without it, it is in the directory that the service manager made, or else in
@@ -240,6 +244,9 @@ impl RouteArgs {
             config.general.dialect.clone_from(&self.dialect);
         }
         config.general.metrics = self.metrics.or(config.general.metrics);
+        let keys = &mut config.general.keys;
+        keys.retain(|known| self.key.iter().all(|key| key.name != known.name));
+        keys.extend(self.key.iter().cloned());
         if let Some(place) = &self.control {
             config.general.control = place.clone();
         }
@@ -263,6 +270,10 @@ impl LogArgs {
 
 fn seconds(text: &str) -> Result<Duration, String> {
     config::seconds(text).ok_or_else(|| "write a number of seconds from 0 on, as 300".to_owned())
+}
+
+fn key(text: &str) -> Result<KeyFile, String> {
+    config::key_file(text).ok_or_else(|| "write a name and a file, as radio=radio.key".to_owned())
 }
 
 fn control_place(text: &str) -> Result<ControlPlace, String> {
