@@ -14,6 +14,7 @@
 //! - [`record`]: telemetry logs: what is recorded, and what can be done with it.
 //! - [`check`]: what can be said of a configuration before it is used.
 //! - [`daemon`]: the poll loop that joins it all.
+//! - [`top`]: a live view of it, for a terminal.
 
 pub mod check;
 pub mod cli;
@@ -27,3 +28,4 @@ pub mod record;
 pub mod routing;
 pub mod sim;
 pub mod status;
+pub mod top;
