@@ -21,10 +21,12 @@ mod pacer;
 mod path_loss;
 mod port;
 mod queue;
+mod queue_age;
 mod rate_limit;
 mod route_table;
 mod router;
 mod sequence;
+mod tallies;
 mod time;
 
 pub use counters::{DropReason, LinkCounters};
@@ -40,7 +42,8 @@ pub use options::{Capacity, LOOP_WINDOW, Learn, LinkOptions, RouterEvent, Router
 pub use port::Port;
 pub use queue::{Frames, Full, Packed, Precedence, Queue, QueueLimits, fuzz_queue};
 pub use rate_limit::RateCap;
-pub use route_table::{Heard, KnownComponent, MAX_COMPONENTS, MAX_HEARD, RouteTable};
+pub use route_table::{Heard, Heartbeat, KnownComponent, MAX_COMPONENTS, MAX_HEARD, RouteTable};
 pub use router::Router;
 pub use sequence::Sequence;
+pub use tallies::{MAX_TALLIES, Tally};
 pub use time::Time;

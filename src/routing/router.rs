@@ -13,6 +13,7 @@ use super::options::{LinkOptions, RouterEvent, RouterOptions};
 use super::port::Port;
 use super::queue::Precedence;
 use super::route_table::RouteTable;
+use super::tallies::{Tallies, Tally};
 use super::time::Time;
 use crate::mavlink::{CheckedFrame, MessageId};
 
@@ -25,6 +26,7 @@ pub struct Router {
     /// How many links there have been, in its lowest bits.
     lives: u8,
     pub(super) table: RouteTable,
+    tallies: Tallies,
     pub(super) groups: Vec<Group>,
     /// Links that are sent everything by an option of their own.
     pub(super) sniffers: LinkSet,
@@ -52,6 +54,7 @@ impl Router {
             links: LinkSet::EMPTY,
             lives: 0,
             table: RouteTable::new(),
+            tallies: Tallies::new(),
             groups: Vec::new(),
             sniffers: LinkSet::EMPTY,
             has_sniffers: options.sniffer.is_some(),
@@ -114,6 +117,7 @@ impl Router {
         };
         port.counters.frames_in += 1;
         port.counters.bytes_in += frame.bytes.len() as u64;
+        self.tallies.count(frame);
         if !port.takes(frame) {
             port.counters[DropReason::FilteredIn] += 1;
             self.handle_filtered(link, frame, now);
@@ -203,6 +207,12 @@ impl Router {
     /// What is known of components.
     pub fn table(&self) -> &RouteTable {
         &self.table
+    }
+
+    /// What came of each message from each component, in no order; at most
+    /// [`MAX_TALLIES`](super::MAX_TALLIES), and what was heard first.
+    pub fn tallies(&self) -> impl Iterator<Item = Tally> {
+        self.tallies.iter()
     }
 
     /// The next event that nobody has fetched yet.

@@ -3,9 +3,15 @@
 //! The loop fills a snapshot when somebody asks; text, JSON, metrics and the live view are made
 //! from it here. Nothing in this room reads a clock, a socket or the router.
 
+mod columns;
+mod names;
+mod rates;
 mod snapshot;
+mod text;
 
+pub use rates::{Rate, Rates};
 pub use snapshot::{
     ArmedState, ComponentStatus, Counters, EndpointState, EndpointStatus, FORMAT, HeardStatus,
     LinkStatus, MessageStatus, Program, QueueStatus, Snapshot, Vehicle,
 };
+pub use text::to_text;
