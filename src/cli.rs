@@ -4,6 +4,7 @@ mod ask;
 mod log;
 mod record;
 mod routerd;
+mod watch;
 
 use std::path::{self, Path, PathBuf};
 use std::time::Duration;
@@ -21,6 +22,7 @@ pub use ask::{AskArgs, AskError, EndpointCommand, LogLevelArgs, StatusArgs};
 pub use log::{LogCommand, LogError};
 pub use record::RecordArgs;
 pub use routerd::{NOTHING_FOR_ROUTERD, ROUTERD, RouterdCli};
+pub use watch::{ListenArgs, WhyArgs};
 
 /// Routes MAVLink frames between autopilot, radios, onboard programs and ground stations.
 ///
@@ -79,6 +81,10 @@ pub enum Command {
     Log(LogCommand),
     /// Tell what is going on in a running mavswitch: endpoints, links, components, messages
     Status(StatusArgs),
+    /// Explain why a frame goes where it goes; without arguments, tell what looks wrong
+    Why(WhyArgs),
+    /// Print frames as they pass through a running mavswitch, with their fields
+    Listen(ListenArgs),
     /// Add, change, remove, enable or disable an endpoint of a running mavswitch
     #[command(subcommand)]
     Endpoint(EndpointCommand),

@@ -7,6 +7,7 @@
 //!   is an argument.
 //! - [`link`]: the sockets and serial ports that carry the bytes; the only room with `unsafe`.
 //! - [`status`]: what is going on, as a value that can be shown.
+//! - [`listen`]: frames as they pass, and how they look.
 //! - [`control`]: how a running daemon is asked, and told what to do.
 //! - [`config`]: what the user writes; [`cli`]: the command line itself.
 //! - [`record`]: telemetry logs: what is recorded, and what can be done with it.
@@ -19,6 +20,7 @@ pub mod config;
 pub mod control;
 pub mod daemon;
 pub mod link;
+pub mod listen;
 pub mod mavlink;
 pub mod record;
 pub mod routing;

@@ -9,13 +9,14 @@ use std::io::{self, Write};
 use std::path::{self, Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use clap::{CommandFactory, Parser};
 use clap_complete::Shell;
 use mavswitch::check::{check, explain, wrong};
 use mavswitch::cli::{
-    AskError, Cli, Command, LogCommand, NOTHING_FOR_ROUTERD, NOTHING_TO_JOIN, RouterdCli,
-    config_files,
+    AskError, Cli, Command, ListenArgs, LogCommand, NOTHING_FOR_ROUTERD, NOTHING_TO_JOIN,
+    RouterdCli, config_files,
 };
 use mavswitch::config::{
     CONFIG_DIR, Config, ConfigError, LogLevel, ROUTERD_DIR, RouterdArguments, RouterdFiles,
@@ -24,6 +25,7 @@ use mavswitch::config::{
 use mavswitch::daemon::{DaemonConfig, Host, run};
 use mavswitch::link::list_ports;
 use mavswitch::mavlink::Dialect;
+use signal_hook::consts::SIGINT;
 
 use crate::log::{Level, Log};
 
@@ -43,6 +45,8 @@ fn main() -> ExitCode {
         Some(Command::Import { from }) => import(from.as_deref()),
         Some(Command::Log(command)) => log(command),
         Some(Command::Status(args)) => answered(args.run()),
+        Some(Command::Why(args)) => answered(args.run()),
+        Some(Command::Listen(args)) => listen(args),
         Some(Command::Endpoint(command)) => answered(command.run()),
         Some(Command::LogLevel(args)) => answered(args.run()),
         Some(Command::Config(_)) => print_config(&cli),
@@ -237,6 +241,13 @@ fn print(text: &[u8]) -> Result<(), Box<dyn Error>> {
 /// Prints what came of asking a daemon.
 fn answered(outcome: Result<String, AskError>) -> Result<(), Box<dyn Error>> {
     print(outcome?.as_bytes())
+}
+
+/// Prints frames as they pass. To interrupt it is the common way to end it.
+fn listen(args: &ListenArgs) -> Result<(), Box<dyn Error>> {
+    let always = Arc::new(AtomicBool::new(true));
+    signal_hook::flag::register_conditional_shutdown(SIGINT, 0, always)?;
+    Ok(args.run()?)
 }
 
 /// Does something with telemetry logs.

@@ -37,6 +37,9 @@ _mavswitch() {
             mavswitch,import)
                 cmd="mavswitch__subcmd__import"
                 ;;
+            mavswitch,listen)
+                cmd="mavswitch__subcmd__listen"
+                ;;
             mavswitch,log)
                 cmd="mavswitch__subcmd__log"
                 ;;
@@ -48,6 +51,9 @@ _mavswitch() {
                 ;;
             mavswitch,status)
                 cmd="mavswitch__subcmd__status"
+                ;;
+            mavswitch,why)
+                cmd="mavswitch__subcmd__why"
                 ;;
             mavswitch__subcmd__endpoint,add)
                 cmd="mavswitch__subcmd__endpoint__subcmd__add"
@@ -106,6 +112,9 @@ _mavswitch() {
             mavswitch__subcmd__help,import)
                 cmd="mavswitch__subcmd__help__subcmd__import"
                 ;;
+            mavswitch__subcmd__help,listen)
+                cmd="mavswitch__subcmd__help__subcmd__listen"
+                ;;
             mavswitch__subcmd__help,log)
                 cmd="mavswitch__subcmd__help__subcmd__log"
                 ;;
@@ -117,6 +126,9 @@ _mavswitch() {
                 ;;
             mavswitch__subcmd__help,status)
                 cmd="mavswitch__subcmd__help__subcmd__status"
+                ;;
+            mavswitch__subcmd__help,why)
+                cmd="mavswitch__subcmd__help__subcmd__why"
                 ;;
             mavswitch__subcmd__help__subcmd__endpoint,add)
                 cmd="mavswitch__subcmd__help__subcmd__endpoint__subcmd__add"
@@ -182,7 +194,7 @@ _mavswitch() {
 
     case "${cmd}" in
         mavswitch)
-            opts="-c -v -q -h -V --config --learn --strict --route-age --sniffer --dialect --control --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help --version dialect ports completions check import log status endpoint log-level config help"
+            opts="-c -v -q -h -V --config --learn --strict --route-age --sniffer --dialect --control --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help --version dialect ports completions check import log status why listen endpoint log-level config help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 1 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -634,7 +646,7 @@ _mavswitch() {
             return 0
             ;;
         mavswitch__subcmd__help)
-            opts="dialect ports completions check import log status endpoint log-level config help"
+            opts="dialect ports completions check import log status why listen endpoint log-level config help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -815,6 +827,20 @@ _mavswitch() {
             COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
             return 0
             ;;
+        mavswitch__subcmd__help__subcmd__listen)
+            opts=""
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
         mavswitch__subcmd__help__subcmd__log)
             opts="info cut merge filter"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
@@ -927,6 +953,20 @@ _mavswitch() {
             COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
             return 0
             ;;
+        mavswitch__subcmd__help__subcmd__why)
+            opts=""
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
         mavswitch__subcmd__import)
             opts="-v -q -h --verbose --quiet --log-format --help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
@@ -934,6 +974,40 @@ _mavswitch() {
                 return 0
             fi
             case "${prev}" in
+                --log-format)
+                    COMPREPLY=($(compgen -W "auto text json journal plain" -- "${cur}"))
+                    return 0
+                    ;;
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
+        mavswitch__subcmd__listen)
+            opts="-n -v -q -h --json --count --dialect --control --verbose --quiet --log-format --help"
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                --count)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                -n)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --dialect)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --control)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
                 --log-format)
                     COMPREPLY=($(compgen -W "auto text json journal plain" -- "${cur}"))
                     return 0
@@ -1224,6 +1298,28 @@ _mavswitch() {
             return 0
             ;;
         mavswitch__subcmd__status)
+            opts="-v -q -h --json --control --verbose --quiet --log-format --help"
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                --control)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --log-format)
+                    COMPREPLY=($(compgen -W "auto text json journal plain" -- "${cur}"))
+                    return 0
+                    ;;
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
+        mavswitch__subcmd__why)
             opts="-v -q -h --json --control --verbose --quiet --log-format --help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )

@@ -7,7 +7,7 @@ use std::{env, thread};
 
 use clap::{Args, Subcommand};
 
-use crate::config::LogLevel;
+use crate::config::{DialectFileError, LogLevel};
 use crate::control::{Answer, Client, ClientError, Request};
 use crate::status::to_text;
 
@@ -100,6 +100,9 @@ pub enum AskError {
     /// The daemon cannot be asked, or says why not.
     #[error(transparent)]
     Client(#[from] ClientError),
+    /// A definition file cannot be used.
+    #[error("{0}")]
+    Dialect(#[from] Box<DialectFileError>),
     /// What is to be said cannot be written.
     #[error("cannot write to standard output: {0}")]
     Output(#[from] io::Error),

@@ -8,7 +8,8 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use crate::status::Snapshot;
+use crate::listen::Frames;
+use crate::status::{Snapshot, Why};
 
 /// The version of the protocol.
 pub const VERSION: u32 = 1;
@@ -55,6 +56,23 @@ pub enum Request {
         /// Its name, or its address if it has none.
         name: String,
     },
+    /// Why frames go where they go; answered by [`Answer::Why`].
+    Why {
+        /// Who sends: a component as `1/190`, a system as `1`, or the name of an endpoint.
+        from: String,
+        /// Whom it is for: the same, or `all`.
+        to: String,
+        /// Which message: its name or number.
+        #[serde(default)]
+        message: Option<String>,
+    },
+    /// Frames as they pass, until the connection ends; answered by [`Answer::Frames`] again and
+    /// again, the first one empty.
+    Listen {
+        /// Which frames; see [`crate::listen::Selection`].
+        #[serde(default)]
+        filter: String,
+    },
     /// Log at another level from now on.
     LogLevel {
         /// `error`, `warn`, `info`, `debug` or `trace`.
@@ -68,6 +86,10 @@ pub enum Request {
 pub enum Answer {
     /// What is going on.
     Status(Box<Snapshot>),
+    /// Why frames go where they go.
+    Why(Box<Why>),
+    /// Frames that passed.
+    Frames(Frames),
     /// It has been done; in words.
     Done(String),
     /// It has not: what, why, and what to do about it.

@@ -6,7 +6,9 @@
 
 mod client;
 mod endpoints;
+mod listen;
 mod socket;
+mod why;
 
 use std::io;
 use std::time::Duration;
@@ -211,6 +213,8 @@ impl Daemon {
             Request::EndpointRemove { name } => self.request_remove(&name),
             Request::EndpointEnable { name } => self.request_enabled(&name, true),
             Request::EndpointDisable { name } => self.request_enabled(&name, false),
+            Request::Why { from, to, message } => self.request_why(&from, &to, message.as_deref()),
+            Request::Listen { filter } => self.begin_listen(slot, id, &filter),
             Request::LogLevel { level } => self.request_log_level(&level),
         }
     }
@@ -241,12 +245,13 @@ impl Daemon {
     fn close_client(&mut self, slot: usize) {
         if let Some(mut client) = self.control.clients[slot].take() {
             client.deregister(self.poll.registry());
+            self.set_tap();
         }
     }
 
     fn set_control_timer(&mut self) {
         let clients = self.control.clients.iter().flatten();
-        let next = clients.map(|client| client.deadline(IDLE)).min();
+        let next = clients.filter_map(|client| client.deadline(IDLE)).min();
         if let Some(at) = next
             && self.control.deadline.is_none_or(|set| set > at)
         {

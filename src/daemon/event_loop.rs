@@ -297,6 +297,7 @@ impl Daemon {
         self.handle_unsent();
         self.report_events();
         self.tell_status();
+        self.tell_listeners();
         if let Some(recorder) = &mut self.recorder {
             recorder.end_turn();
         }

@@ -6,6 +6,7 @@
 
 use std::collections::HashMap;
 use std::fmt;
+use std::sync::LazyLock;
 
 use super::crc::{Crc, implied_extra};
 use super::definitions::{COMMON, Definitions, parse_definitions};
@@ -256,7 +257,9 @@ fn write_list(f: &mut fmt::Formatter<'_>, values: &[Value]) -> fmt::Result {
 /// # Fuzzing
 ///
 /// Asserts that what is shown is one line.
-pub fn fuzz_fields(layouts: &Layouts, data: &[u8]) {
+pub fn fuzz_fields(data: &[u8]) {
+    static LAYOUTS: LazyLock<Layouts> = LazyLock::new(Layouts::builtin);
+    let layouts = &*LAYOUTS;
     let Ok(frame) = Frame::parse(data) else { return };
     let own = layouts.find(&frame);
     let of_id = layouts.messages.values().filter(|layout| layout.id == frame.header().id);

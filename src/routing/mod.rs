@@ -27,6 +27,7 @@ mod route_table;
 mod router;
 mod sequence;
 mod tallies;
+mod tap;
 mod time;
 
 pub use counters::{DropReason, LinkCounters};
@@ -46,4 +47,5 @@ pub use route_table::{Heard, Heartbeat, KnownComponent, MAX_COMPONENTS, MAX_HEAR
 pub use router::Router;
 pub use sequence::Sequence;
 pub use tallies::{MAX_TALLIES, Tally};
+pub use tap::{Sighting, Tap};
 pub use time::Time;

@@ -14,6 +14,7 @@ use super::port::Port;
 use super::queue::Precedence;
 use super::route_table::RouteTable;
 use super::tallies::{Tallies, Tally};
+use super::tap::Tap;
 use super::time::Time;
 use crate::mavlink::{CheckedFrame, MessageId};
 
@@ -32,6 +33,8 @@ pub struct Router {
     pub(super) sniffers: LinkSet,
     pub(super) has_sniffers: bool,
     pub(super) dedup: Dedup,
+    /// Copies for those who look on.
+    pub(super) tap: Tap,
     /// Links that got something since they were last asked for.
     pub(super) dirty: LinkSet,
     /// Links whose queues are filling.
@@ -59,6 +62,7 @@ impl Router {
             sniffers: LinkSet::EMPTY,
             has_sniffers: options.sniffer.is_some(),
             dedup: Dedup::new(),
+            tap: Tap::default(),
             dirty: LinkSet::EMPTY,
             filling: LinkSet::EMPTY,
             has_filling: false,
@@ -112,6 +116,20 @@ impl Router {
     /// there is no such link.
     #[inline]
     pub fn handle(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) -> bool {
+        if self.tap.is_open() {
+            return self.handle_watched(link, frame, now);
+        }
+        self.handle_unwatched(link, frame, now)
+    }
+
+    /// The same when nobody looks on.
+    #[inline]
+    pub(super) fn handle_unwatched(
+        &mut self,
+        link: LinkId,
+        frame: &CheckedFrame<'_>,
+        now: Time,
+    ) -> bool {
         let Some(Some(port)) = self.ports.get_mut(link.index()) else {
             return false;
         };
@@ -154,15 +172,29 @@ impl Router {
 
     #[inline]
     fn deliver(&mut self, frame: &CheckedFrame<'_>, destinations: LinkSet, now: Time) {
+        if self.tap.is_open() {
+            return self.deliver_watched(frame, destinations, now);
+        }
         let precedence = precedence(frame);
         for link in destinations.iter() {
-            let Some(Some(port)) = self.ports.get_mut(link.index()) else { continue };
-            port.offer(frame, precedence, now);
-            self.dirty.insert(link);
-            if port.is_filling() {
-                self.filling.insert(link);
-                self.has_filling = true;
-            }
+            self.deliver_to(link, frame, precedence, now);
+        }
+    }
+
+    #[inline]
+    pub(super) fn deliver_to(
+        &mut self,
+        link: LinkId,
+        frame: &CheckedFrame<'_>,
+        precedence: Precedence,
+        now: Time,
+    ) {
+        let Some(Some(port)) = self.ports.get_mut(link.index()) else { return };
+        port.offer(frame, precedence, now);
+        self.dirty.insert(link);
+        if port.is_filling() {
+            self.filling.insert(link);
+            self.has_filling = true;
         }
     }
 

@@ -4,14 +4,20 @@
 //! from it here. Nothing in this room reads a clock, a socket or the router.
 
 mod columns;
+mod diagnosis;
 mod names;
 mod rates;
 mod snapshot;
 mod text;
+mod why;
+mod why_text;
 
+pub use diagnosis::{Finding, diagnose};
 pub use rates::{Rate, Rates};
 pub use snapshot::{
     ArmedState, ComponentStatus, Counters, EndpointState, EndpointStatus, FORMAT, HeardStatus,
     LinkStatus, MessageStatus, Program, QueueStatus, Snapshot, Vehicle,
 };
 pub use text::to_text;
+pub use why::{FrameFate, LinkFate, Why};
+pub use why_text::diagnosis_text;

@@ -128,18 +128,19 @@ fn the_protocol_and_the_routing_touch_no_system() {
 #[test]
 fn each_layer_uses_only_those_below_it() {
     let rooms = [
-        "mavlink", "routing", "config", "link", "record", "status", "control", "check", "daemon",
-        "cli",
+        "mavlink", "routing", "config", "link", "record", "status", "listen", "control", "check",
+        "daemon", "cli",
     ];
-    let allowed: [(&str, &[&str]); 8] = [
+    let allowed: [(&str, &[&str]); 9] = [
         ("mavlink", &["mavlink"]),
+        ("listen", &["mavlink", "listen"]),
         ("routing", &["mavlink", "routing"]),
         ("config", &["mavlink", "routing", "config"]),
         ("link", &["mavlink", "routing", "config", "link"]),
         ("check", &["mavlink", "routing", "config", "link", "check"]),
         ("record", &["mavlink", "routing", "config", "record"]),
         ("status", &["mavlink", "routing", "config", "status"]),
-        ("control", &["mavlink", "routing", "config", "status", "control"]),
+        ("control", &["mavlink", "routing", "config", "status", "listen", "control"]),
     ];
     for source in sources() {
         let Some((room, may_use)) = allowed.iter().find(|(room, _)| source.is_in(room)) else {

@@ -34,3 +34,4 @@ mod routing;
 mod serial;
 mod shutdown;
 mod stalled;
+mod watch;

@@ -7,6 +7,7 @@ use mio::event::{Event, Source};
 use mio::net::UnixStream;
 use mio::{Interest, Registry, Token};
 
+use super::listen::Listening;
 use crate::control::{Answer, AnswerLine, MAX_REQUEST};
 use crate::routing::Time;
 
@@ -26,6 +27,8 @@ pub(super) struct ControlClient {
     /// Whether it will send no more.
     has_ended: bool,
     pub(super) mode: Mode,
+    /// What it wants to see, in [`Mode::Listening`].
+    pub(super) listening: Option<Box<Listening>>,
     /// When something was last taken from it, or by it.
     pub(super) last_progress: Time,
 }
@@ -37,6 +40,8 @@ pub(super) enum Mode {
     Asking,
     /// It gets pictures.
     Following { id: u64, interval: Duration, next: Time },
+    /// It gets frames.
+    Listening,
     /// It gets what it is still to get, and no more.
     Closing,
 }
@@ -64,6 +69,7 @@ impl ControlClient {
             is_readable: true,
             has_ended: false,
             mode: Mode::Asking,
+            listening: None,
             last_progress: now,
         }
     }
@@ -94,6 +100,18 @@ impl ControlClient {
             self.output.extend_from_slice(line);
         }
         is_free
+    }
+
+    /// Queues a line behind what waits; whoever calls has seen to it that there is room.
+    pub(super) fn append(&mut self, line: &[u8]) {
+        self.output.drain(..self.sent);
+        self.sent = 0;
+        self.output.extend_from_slice(line);
+    }
+
+    /// How many bytes wait for it.
+    pub(super) fn waiting(&self) -> usize {
+        self.output.len() - self.sent
     }
 
     /// Writes what the system takes; `false` if the client is gone.
@@ -179,10 +197,12 @@ impl ControlClient {
     }
 
     /// When there is something to do for it if nothing happens.
-    pub(super) fn deadline(&self, idle: Duration) -> Time {
+    pub(super) fn deadline(&self, idle: Duration) -> Option<Time> {
         match self.mode {
-            Mode::Following { next, .. } if self.output.is_empty() => next,
-            _ => self.last_progress + idle,
+            Mode::Following { next, .. } if self.output.is_empty() => Some(next),
+            // Nothing may pass for hours.
+            Mode::Listening if self.output.is_empty() => None,
+            _ => Some(self.last_progress + idle),
         }
     }
 }

@@ -19,6 +19,7 @@ mod pty;
 mod router;
 mod schedule;
 mod tcp;
+mod terminal;
 mod udp;
 
 use std::time::Duration;
@@ -36,6 +37,7 @@ pub(crate) use pty::{Pty, PtyWire};
 pub(crate) use router::{PROGRAM, Router, run, run_command};
 pub(crate) use schedule::{Lateness, Schedule, millis, quantile};
 pub(crate) use tcp::{TcpServer, TcpWire, blackhole};
+pub(crate) use terminal::{Terminal, quoted};
 pub(crate) use udp::{UdpWire, roomy_udp_socket};
 
 pub(crate) use mavswitch::mavlink::Component;

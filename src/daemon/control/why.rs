@@ -1,0 +1,239 @@
+//! The request `why`: what the router would do with a frame, asked of the router itself.
+
+use super::Daemon;
+use crate::control::Answer;
+use crate::mavlink::{CheckedFrame, Component, Definition, Header, MessageId, Target, Version};
+use crate::routing::{Explanation, Fate, LinkId, Missing, Way};
+use crate::status::{FrameFate, LinkFate, Why};
+
+/// How many places a frame may come from that are looked at.
+const MAX_ORIGINS: usize = 8;
+
+/// What is asked about if no message is named: one that is for everybody, and one that is for the
+/// target alone.
+const HEARTBEAT: MessageId = MessageId(0);
+const COMMAND_LONG: MessageId = MessageId(76);
+
+/// The overhead of a MAVLink 2 frame, in bytes.
+const OVERHEAD: usize = 12;
+
+/// Who sends, or who shall hear.
+enum Party {
+    Everybody,
+    System(u8),
+    Component(Component),
+    /// Whoever is on a link of an endpoint.
+    Endpoint(String),
+}
+
+impl Daemon {
+    /// Answers why frames go where they go.
+    pub(super) fn request_why(&self, from: &str, to: &str, message: Option<&str>) -> Answer {
+        match self.why(from, to, message) {
+            Ok(why) => Answer::Why(Box::new(why)),
+            Err(text) => Answer::Error(text),
+        }
+    }
+
+    fn why(&self, from: &str, to: &str, message: Option<&str>) -> Result<Why, String> {
+        let (sender, hearer) = (self.party(from)?, self.party(to)?);
+        if matches!(sender, Party::Everybody) {
+            return Err("`all` send nothing together: name one of them, as 1/1".to_owned());
+        }
+        let messages = match message {
+            Some(name) => vec![self.message(name)?],
+            None if self.target_of(&hearer).system == 0 => vec![self.known(HEARTBEAT)?],
+            None => vec![self.known(HEARTBEAT)?, self.known(COMMAND_LONG)?],
+        };
+        let (origins, wanted) = (self.origins(&sender), self.links_where(&hearer));
+        let fate = |definition: &Definition, (link, source): (LinkId, Component)| {
+            self.fate_of(definition, source, self.target_of(&hearer), link, &wanted)
+        };
+        let frames = messages
+            .iter()
+            .flat_map(|definition| origins.iter().filter_map(|origin| fate(definition, *origin)));
+        Ok(Why {
+            from: from.to_owned(),
+            to: to.to_owned(),
+            from_is_known: !origins.is_empty(),
+            to_is_known: matches!(hearer, Party::Everybody) || !wanted.is_empty(),
+            frames: frames.collect(),
+        })
+    }
+
+    /// Whom a word means: `all`, `1`, `1/190`, or the name of an endpoint.
+    fn party(&self, word: &str) -> Result<Party, String> {
+        let is_name = self.io.endpoints.iter().any(|endpoint| endpoint.name == word);
+        let number = |text: &str| text.parse::<u8>().ok().filter(|id| *id > 0);
+        let pair = word.split_once('/').and_then(|(system, component)| {
+            Some(Component::new(number(system)?, number(component)?))
+        });
+        match (word, number(word), pair) {
+            ("all" | "0" | "0/0", ..) => Ok(Party::Everybody),
+            (_, Some(system), _) => Ok(Party::System(system)),
+            (_, _, Some(component)) => Ok(Party::Component(component)),
+            _ if is_name => Ok(Party::Endpoint(word.to_owned())),
+            _ => {
+                let names: Vec<&str> =
+                    self.io.endpoints.iter().map(|endpoint| endpoint.name.as_str()).collect();
+                Err(format!(
+                    "{word} is nobody: write 1/190 for a component, 1 for a system, all, or the \
+                     name of an endpoint: {}",
+                    names.join(", ")
+                ))
+            }
+        }
+    }
+
+    fn message(&self, name: &str) -> Result<Definition, String> {
+        let dialect = self.checker.dialect();
+        let found = match name.parse() {
+            Ok(id) => dialect.by_id(MessageId(id)),
+            Err(_) => dialect.definitions().iter().find(|it| it.name.eq_ignore_ascii_case(name)),
+        };
+        let unknown =
+            || format!("{name} is no message known here (--dialect takes the file that has it)");
+        found.cloned().ok_or_else(unknown)
+    }
+
+    fn known(&self, id: MessageId) -> Result<Definition, String> {
+        self.message(&id.to_string())
+    }
+
+    fn target_of(&self, hearer: &Party) -> Component {
+        match hearer {
+            Party::Everybody | Party::Endpoint(_) => Component::new(0, 0),
+            Party::System(system) => Component::new(*system, 0),
+            Party::Component(component) => *component,
+        }
+    }
+
+    /// Where the sender's frames come from, and which component it is.
+    fn origins(&self, sender: &Party) -> Vec<(LinkId, Component)> {
+        let mut origins = Vec::new();
+        for known in self.router.table().components() {
+            let is_it = match sender {
+                Party::Everybody | Party::Endpoint(_) => true,
+                Party::System(system) => known.component.system == *system,
+                Party::Component(component) => known.component == *component,
+            };
+            let is_there = |link: LinkId| match sender {
+                Party::Endpoint(name) => self.endpoint_name(link) == name,
+                _ => true,
+            };
+            let links = known.heard.iter().map(|heard| heard.link);
+            let links = links.filter(|link| is_it && is_there(*link));
+            origins.extend(links.map(|link| (link, known.component)));
+        }
+        origins.sort_by_key(|(link, component)| (*component, *link));
+        origins.truncate(MAX_ORIGINS);
+        origins
+    }
+
+    /// The links that the hearer is on.
+    fn links_where(&self, hearer: &Party) -> Vec<LinkId> {
+        if let Party::Endpoint(name) = hearer {
+            let links = self.router.links();
+            return links.iter().filter(|link| self.endpoint_name(*link) == name).collect();
+        }
+        let Component { system, component } = self.target_of(hearer);
+        let known = self.router.table().system(system);
+        let known = known.filter(|it| component == 0 || it.component.component == component);
+        let mut links: Vec<LinkId> =
+            known.flat_map(|it| it.heard.iter().map(|heard| heard.link)).collect();
+        links.sort_unstable();
+        links.dedup();
+        links
+    }
+
+    fn fate_of(
+        &self,
+        definition: &Definition,
+        source: Component,
+        asked: Component,
+        link: LinkId,
+        wanted: &[LinkId],
+    ) -> Option<FrameFate> {
+        let target = match definition.target {
+            Target::None => Component::new(0, 0),
+            Target::System(_) => Component::new(asked.system, 0),
+            Target::SystemComponent(..) => asked,
+        };
+        let bytes = vec![0; usize::from(definition.base_len.min(255)) + OVERHEAD];
+        let len = bytes.len() - OVERHEAD;
+        let (version, id) = (Version::V2, definition.id);
+        // At most 255, as above.
+        let header = Header { version, len: len as u8, signed: false, seq: 0, source, id };
+        let frame = CheckedFrame { bytes: &bytes, header, target, verified: true };
+        let Explanation { refused, fates } = self.router.explain(link, &frame, self.now)?;
+        let links = fates.iter().map(|(to, fate)| self.link_fate(*to, *fate, wanted));
+        Some(FrameFate {
+            source: source.to_string(),
+            target: shown(target),
+            message: definition.name.to_string(),
+            endpoint: self.endpoint_name(link).to_owned(),
+            link: number(link),
+            peer: self.peer_name(link),
+            refused: refused.map(|reason| reason.name().to_owned()),
+            links: links.collect(),
+        })
+    }
+
+    fn link_fate(&self, link: LinkId, fate: Fate, wanted: &[LinkId]) -> LinkFate {
+        let by = match fate {
+            Fate::Loop(by) => Some(self.endpoint_name(by).to_owned()),
+            _ => None,
+        };
+        LinkFate {
+            endpoint: self.endpoint_name(link).to_owned(),
+            link: number(link),
+            peer: self.peer_name(link),
+            is_wanted: wanted.contains(&link),
+            is_sent: matches!(fate, Fate::Sent(_)),
+            reason: reason(fate).to_owned(),
+            by,
+        }
+    }
+
+    /// The name of a link's endpoint.
+    pub(super) fn endpoint_name(&self, link: LinkId) -> &str {
+        let link = self.io.links.get(link);
+        let endpoint = link.and_then(|link| self.io.endpoints.get(link.endpoint));
+        endpoint.map_or("", |endpoint| endpoint.name.as_str())
+    }
+
+    fn peer_name(&self, link: LinkId) -> String {
+        self.io.links.get(link).map_or_else(String::new, |link| link.peer.clone())
+    }
+}
+
+/// Below the number of links that there may be.
+fn number(link: LinkId) -> u16 {
+    link.index() as u16
+}
+
+fn shown(target: Component) -> String {
+    match target {
+        Component { system: 0, .. } => "all".to_owned(),
+        Component { system, component: 0 } => system.to_string(),
+        target => target.to_string(),
+    }
+}
+
+fn reason(fate: Fate) -> &'static str {
+    match fate {
+        Fate::Sent(Way::Broadcast) => "broadcast",
+        Fate::Sent(Way::Route) => "route",
+        Fate::Sent(Way::SameGroup) => "same_group",
+        Fate::Sent(Way::Sniffer) => "sniffer",
+        Fate::OwnLink => "own_link",
+        Fate::OwnGroup => "own_group",
+        Fate::NoRoute(Missing::Unheard) => "unheard",
+        Fate::NoRoute(Missing::TooOld) => "stale",
+        Fate::NoRoute(Missing::NotLearned) => "not_learned",
+        Fate::NoRoute(Missing::OthersOnly) => "others_only",
+        Fate::OtherPath => "other_path",
+        Fate::Loop(_) => "loop",
+        Fate::Refused(reason) => reason.name(),
+    }
+}

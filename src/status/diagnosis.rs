@@ -1,0 +1,265 @@
+//! What looks wrong, by one snapshot: the causes that users ask about most, each with its remedy.
+
+use std::collections::BTreeSet;
+
+use super::snapshot::{
+    ComponentStatus, EndpointState, EndpointStatus, LinkStatus, MessageStatus, Snapshot,
+};
+
+/// Something that looks wrong.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Finding {
+    /// Where, if it is one endpoint's matter.
+    pub endpoint: Option<String>,
+    /// What is wrong.
+    pub problem: String,
+    /// What to do about it.
+    pub remedy: String,
+}
+
+/// An endpoint that is silent for so long has lost its other side, in milliseconds.
+const SILENT_MS: u64 = 10_000;
+
+/// The number of the message that says who is there.
+const HEARTBEAT: u32 = 0;
+
+/// Less than this says nothing yet: frames, and bytes.
+const FEW_FRAMES: u64 = 20;
+const FEW_BYTES: u64 = 400;
+
+impl Finding {
+    fn at(endpoint: &EndpointStatus, problem: String, remedy: &str) -> Self {
+        Self { endpoint: Some(endpoint.name.clone()), problem, remedy: remedy.to_owned() }
+    }
+}
+
+/// What looks wrong, the gravest first.
+pub fn diagnose(snapshot: &Snapshot) -> Vec<Finding> {
+    let endpoints = &snapshot.endpoints;
+    let mut findings: Vec<Finding> = endpoints.iter().filter_map(down).collect();
+    findings.extend(endpoints.iter().flat_map(|it| it.links.iter().filter_map(|l| noise(it, l))));
+    findings.extend(endpoints.iter().filter_map(nobody));
+    findings.extend(endpoints.iter().flat_map(|it| it.links.iter().filter_map(|l| silence(it, l))));
+    findings.extend(endpoints.iter().flat_map(|it| it.links.iter().flat_map(|l| refusals(it, l))));
+    findings.extend(no_heartbeat(snapshot));
+    findings.extend(snapshot.components.iter().filter_map(|it| two_places(it, snapshot)));
+    findings
+}
+
+fn down(endpoint: &EndpointStatus) -> Option<Finding> {
+    let problem = match endpoint.state {
+        EndpointState::Waiting => "is down",
+        EndpointState::Resolving => "is down: its host name is being asked for",
+        EndpointState::Connecting => "is down: it is being connected",
+        EndpointState::GivenUp => "has failed and is not tried again (retry=0)",
+        EndpointState::Disabled => "is switched off",
+        EndpointState::Listening | EndpointState::Up => return None,
+    };
+    let remedy = match endpoint.state {
+        EndpointState::Disabled => "mavswitch endpoint enable NAME switches it on",
+        EndpointState::GivenUp => "mend the cause, then start the program again",
+        _ => "it is tried again by itself; is the other side on, and the address right?",
+    };
+    let reason = endpoint.reason.as_ref().map_or_else(String::new, |it| format!(": {it}"));
+    Some(Finding::at(endpoint, format!("{problem}{reason}"), remedy))
+}
+
+/// Nothing but what is no MAVLink, or much of it.
+fn noise(endpoint: &EndpointStatus, link: &LinkStatus) -> Option<Finding> {
+    let counters = &link.counters;
+    let (garbage, damaged) = (counters.garbage_bytes, counters.bad_crc);
+    if counters.frames_in == 0 && garbage > FEW_BYTES {
+        let problem = format!("{garbage} bytes came from {}, and no frame in them", link.peer);
+        let remedy = "is the baud rate right, and does the other side speak MAVLink?";
+        return Some(Finding::at(endpoint, problem, remedy));
+    }
+    if damaged > FEW_FRAMES && damaged * 20 > counters.frames_in {
+        let problem = format!(
+            "{damaged} frames from {} came damaged, and {} whole",
+            link.peer, counters.frames_in
+        );
+        let remedy =
+            "a bad cable, a baud rate a little off, no flow control, or two senders at once";
+        return Some(Finding::at(endpoint, problem, remedy));
+    }
+    if counters.unknown_flags > FEW_FRAMES {
+        let problem = format!(
+            "{} frames from {} have a flag that nobody knows",
+            counters.unknown_flags, link.peer
+        );
+        let remedy = "they are of a newer MAVLink, or no MAVLink at all";
+        return Some(Finding::at(endpoint, problem, remedy));
+    }
+    None
+}
+
+fn nobody(endpoint: &EndpointStatus) -> Option<Finding> {
+    let is_open = endpoint.state == EndpointState::Listening && endpoint.links.is_empty();
+    let remedy = "does the other side send to this address and port? A UDP peer is admitted by its \
+                  first frame; firewalls keep the first one out";
+    is_open
+        .then(|| Finding::at(endpoint, "nobody has come yet, or all have gone".to_owned(), remedy))
+}
+
+fn silence(endpoint: &EndpointStatus, link: &LinkStatus) -> Option<Finding> {
+    let counters = &link.counters;
+    if counters.frames_in == 0 && counters.garbage_bytes <= FEW_BYTES {
+        if link.up_ago_ms < SILENT_MS {
+            return None;
+        }
+        let problem = format!("no frame has ever come from {}", link.peer);
+        let remedy = "is the other side on, is its MAVLink output enabled on this port, are RX and TX \
+                      crossed, does it wait for somebody to speak first?";
+        return Some(Finding::at(endpoint, problem, remedy));
+    }
+    let silent = link.heard_ago_ms.filter(|ago| *ago > SILENT_MS && counters.frames_in > 0)?;
+    let problem = format!("{} has been silent for {} s", link.peer, silent / 1_000);
+    Some(Finding::at(endpoint, problem, "is the other side still on, and in reach?"))
+}
+
+fn refusals(endpoint: &EndpointStatus, link: &LinkStatus) -> Vec<Finding> {
+    let counters = &link.counters;
+    let refused = |reason: &str| counters.refused.get(reason).copied().unwrap_or(0);
+    let mut findings = Vec::new();
+    let mut find = |problem, remedy| findings.push(Finding::at(endpoint, problem, remedy));
+    let (filtered_in, filtered_out) = (refused("filtered_in"), refused("filtered_out"));
+    if counters.frames_in > FEW_FRAMES && filtered_in == counters.frames_in {
+        let problem = format!("its lists let none of {filtered_in} frames in");
+        find(problem, "see allow_*_in and block_*_in of this endpoint");
+    }
+    if counters.frames_out == 0 && filtered_out > FEW_FRAMES {
+        let problem = format!("its lists let none of {filtered_out} frames out");
+        find(problem, "see allow_*_out and block_*_out of this endpoint");
+    }
+    let full = refused("queue_full");
+    if full > FEW_FRAMES && full * 50 > counters.frames_out {
+        let problem =
+            format!("{full} frames found its queue full, {} did not", counters.frames_out);
+        find(problem, "it carries less than it is sent: a faster line, `rate` caps, or lists");
+    }
+    let unrouted = refused("no_route");
+    if unrouted > FEW_FRAMES && unrouted * 10 > counters.frames_in {
+        let problem = format!("{unrouted} frames from {} were for nobody known here", link.peer);
+        find(problem, "their target was never heard; `mavswitch listen dropped` shows which it is");
+    }
+    findings
+}
+
+/// A vehicle that nobody sees: frames come, and no heartbeat among them.
+fn no_heartbeat(snapshot: &Snapshot) -> Option<Finding> {
+    let components = &snapshot.components;
+    let is_heartbeat = |message: &MessageStatus| message.id == HEARTBEAT;
+    let is_silent = !snapshot.messages.is_empty() && !snapshot.messages.iter().any(is_heartbeat);
+    let sources: Vec<String> =
+        components.iter().take(5).map(|it| format!("{}/{}", it.system, it.component)).collect();
+    let problem = format!("no HEARTBEAT has come, only other frames of {}", sources.join(", "));
+    let remedy =
+        "a ground station shows no vehicle without: does the autopilot send it on this port?";
+    is_silent.then(|| Finding { endpoint: None, problem, remedy: remedy.to_owned() })
+}
+
+/// A component that is heard at two endpoints which are in no common group.
+fn two_places(component: &ComponentStatus, snapshot: &Snapshot) -> Option<Finding> {
+    let group = |name: &str| {
+        let endpoint = snapshot.endpoints.iter().find(|endpoint| endpoint.name == name);
+        endpoint.and_then(|endpoint| endpoint.group.clone()).unwrap_or_else(|| name.to_owned())
+    };
+    let fresh = component.heard.iter().filter(|heard| heard.heard_ago_ms < SILENT_MS);
+    let names: BTreeSet<&str> = fresh.map(|heard| heard.endpoint.as_str()).collect();
+    let ways: BTreeSet<String> = names.iter().map(|name| group(name)).collect();
+    let problem = format!(
+        "{}/{} is heard at {}",
+        component.system,
+        component.component,
+        names.into_iter().collect::<Vec<_>>().join(" and ")
+    );
+    let remedy = "two vehicles with one system id? Give each its own. Two ways to one vehicle? Put the \
+                  endpoints into one `group`";
+    (ways.len() > 1).then(|| Finding { endpoint: None, problem, remedy: remedy.to_owned() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::status::{Counters, HeardStatus};
+
+    fn endpoint(name: &str, state: EndpointState, links: Vec<LinkStatus>) -> EndpointStatus {
+        EndpointStatus { name: name.to_owned(), state, links, ..EndpointStatus::default() }
+    }
+
+    fn link(counters: Counters) -> LinkStatus {
+        LinkStatus {
+            peer: "/dev/ttyS1".to_owned(),
+            up_ago_ms: 60_000,
+            counters,
+            ..LinkStatus::default()
+        }
+    }
+
+    fn found(endpoints: Vec<EndpointStatus>, components: Vec<ComponentStatus>) -> Vec<String> {
+        let snapshot = Snapshot { endpoints, components, ..Snapshot::default() };
+        diagnose(&snapshot).into_iter().map(|it| it.problem).collect()
+    }
+
+    #[test]
+    fn a_wrong_baud_rate_shows_by_bytes_without_frames() {
+        let counters = Counters { garbage_bytes: 9_000, ..Counters::default() };
+        let fc = endpoint("fc", EndpointState::Up, vec![link(counters)]);
+        assert_eq!(
+            found(vec![fc], vec![]),
+            ["9000 bytes came from /dev/ttyS1, and no frame in them"]
+        );
+    }
+
+    #[test]
+    fn what_is_down_or_silent_is_told_with_its_reason() {
+        let mut radio = endpoint("radio", EndpointState::Waiting, vec![]);
+        radio.reason = Some("/dev/ttyUSB0: No such file or directory".to_owned());
+        let fc = endpoint("fc", EndpointState::Up, vec![link(Counters::default())]);
+        let gcs = endpoint("gcs", EndpointState::Listening, vec![]);
+        let found = found(vec![fc, gcs, radio], vec![]);
+        assert_eq!(found[0], "is down: /dev/ttyUSB0: No such file or directory");
+        assert_eq!(found[1], "nobody has come yet, or all have gone");
+        assert_eq!(found[2], "no frame has ever come from /dev/ttyS1");
+    }
+
+    #[test]
+    fn lists_that_swallow_everything_are_found() {
+        let refused = [("filtered_in".to_owned(), 90)].into();
+        let counters = Counters { frames_in: 90, refused, ..Counters::default() };
+        let mut link = link(counters);
+        link.heard_ago_ms = Some(10);
+        let found = found(vec![endpoint("fc", EndpointState::Up, vec![link])], vec![]);
+        assert_eq!(found, ["its lists let none of 90 frames in"]);
+    }
+
+    #[test]
+    fn frames_without_any_heartbeat_are_found() {
+        let component = ComponentStatus { system: 1, component: 1, ..ComponentStatus::default() };
+        let message =
+            |id| MessageStatus { system: 1, component: 1, id, ..MessageStatus::default() };
+        let mut snapshot = Snapshot { components: vec![component], ..Snapshot::default() };
+        assert!(diagnose(&snapshot).is_empty(), "nothing is known of messages");
+        snapshot.messages = vec![message(30), message(33)];
+        let found = diagnose(&snapshot);
+        assert_eq!(found[0].problem, "no HEARTBEAT has come, only other frames of 1/1");
+        snapshot.messages.push(message(0));
+        assert!(diagnose(&snapshot).is_empty());
+    }
+
+    #[test]
+    fn one_system_at_two_places_is_found_unless_they_are_one_way() {
+        let heard =
+            |name: &str| HeardStatus { endpoint: name.to_owned(), ..HeardStatus::default() };
+        let component = ComponentStatus {
+            system: 1,
+            component: 1,
+            vehicle: None,
+            heard: vec![heard("a"), heard("b")],
+        };
+        let mut ways = ["a", "b"].map(|name| endpoint(name, EndpointState::Up, vec![]));
+        assert_eq!(found(ways.to_vec(), vec![component.clone()]), ["1/1 is heard at a and b"]);
+        ways.iter_mut().for_each(|way| way.group = Some("vehicle".to_owned()));
+        assert!(found(ways.to_vec(), vec![component]).is_empty());
+    }
+}
