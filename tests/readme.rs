@@ -45,7 +45,7 @@ fn kinds(spec: &OptionSpec) -> String {
     let without: Vec<_> = all.filter(|kind| !spec.is_for(*kind)).collect();
     match without[..] {
         [] => "any".to_owned(),
-        [AddressKind::Serial] => "any but serial".to_owned(),
+        [AddressKind::Serial, AddressKind::Tlog] => "any but serial and tlog".to_owned(),
         _ => spec.applies_to.iter().map(|kind| kind.scheme()).collect::<Vec<_>>().join(", "),
     }
 }

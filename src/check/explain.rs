@@ -43,6 +43,7 @@ fn what_it_does(config: &EndpointConfig) -> String {
             let bauds: Vec<String> = bauds.iter().map(ToString::to_string).collect();
             format!("opens {device} at {} baud", bauds.join(" or "))
         }
+        Address::Tlog(file) => format!("plays back {}", file.display()),
         Address::Internal(name) => format!("is {name}, inside the program"),
     }
 }

@@ -37,7 +37,9 @@ fn claim(config: &EndpointConfig) -> Option<Claim<'_>> {
         Address::UdpOut(_) | Address::UdpBroadcast(_) => {
             config.options.bind.as_ref().filter(is_fixed).map(Claim::Udp)
         }
-        Address::Multicast(_) | Address::TcpOut(_) | Address::Internal(_) => None,
+        Address::Multicast(_) | Address::TcpOut(_) | Address::Tlog(_) | Address::Internal(_) => {
+            None
+        }
     }
 }
 

@@ -13,6 +13,7 @@ pub(super) fn check(endpoint: &Endpoint) -> Vec<Finding> {
     let address = match &endpoint.config.address {
         Address::Serial { device: Device::Path(path), .. } => device(path),
         Address::Serial { device: Device::Auto, .. } => flight_controller(),
+        Address::Tlog(file) => log(file),
         other => other.host_port().and_then(name),
     };
     let address = address.map(|text| Finding::warning(endpoint, "address", text));
@@ -36,6 +37,11 @@ fn device(path: &Path) -> Option<String> {
         }
         Err(error) => Some(format!("cannot look at {shown}: {error}")),
     }
+}
+
+fn log(file: &Path) -> Option<String> {
+    let error = fs::File::open(file).err()?;
+    Some(format!("cannot read {}: {error}", file.display()))
 }
 
 fn flight_controller() -> Option<String> {

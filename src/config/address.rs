@@ -8,6 +8,7 @@
 //! | `mcast:GROUP:PORT` | |
 //! | `tcpin:HOST:PORT` | `tcps:`, `tcpserver:` |
 //! | `tcpout:HOST:PORT` | `tcp:`, `tcpc:`, `tcpclient:` |
+//! | `tlog:FILE` | |
 //! | `serial:DEVICE:BAUD,...` | `/dev/ttyACM0`, `/dev/ttyACM0:BAUD`, `/dev/ttyACM0,BAUD` |
 //!
 //! Schemes are read in any case and may be followed by `//`. A port left out is 14550 for UDP and
@@ -17,6 +18,7 @@
 
 use std::fmt;
 use std::net::{IpAddr, Ipv4Addr};
+use std::path::PathBuf;
 
 use super::device::{self, Device};
 use super::error::AddressProblem;
@@ -50,6 +52,8 @@ pub enum Address {
         /// The baud rates to try in turn, in bits a second, 50..=20,000,000; at least one.
         bauds: Vec<u32>,
     },
+    /// Plays back a telemetry log.
+    Tlog(PathBuf),
     /// A part of the program itself, by its name. Nothing that the user writes is read as one.
     Internal(&'static str),
 }
@@ -71,6 +75,8 @@ pub enum AddressKind {
     TcpOut,
     /// [`Address::Serial`]
     Serial,
+    /// [`Address::Tlog`]
+    Tlog,
     /// [`Address::Internal`]
     Internal,
 }
@@ -84,6 +90,7 @@ const SCHEMES: &[(&str, AddressKind)] = &[
     ("tcpin", AddressKind::TcpIn),
     ("tcpout", AddressKind::TcpOut),
     ("serial", AddressKind::Serial),
+    ("tlog", AddressKind::Tlog),
     // pymavlink, MAVProxy
     ("udp", AddressKind::UdpIn),
     ("tcp", AddressKind::TcpOut),
@@ -110,6 +117,7 @@ impl AddressKind {
         Self::TcpIn,
         Self::TcpOut,
         Self::Serial,
+        Self::Tlog,
     ];
 
     /// The canonical scheme: `udpin`.
@@ -122,6 +130,7 @@ impl AddressKind {
             Self::TcpIn => "tcpin",
             Self::TcpOut => "tcpout",
             Self::Serial => "serial",
+            Self::Tlog => "tlog",
             Self::Internal => "internal",
         }
     }
@@ -144,6 +153,7 @@ impl Address {
             Self::TcpIn(_) => AddressKind::TcpIn,
             Self::TcpOut(_) => AddressKind::TcpOut,
             Self::Serial { .. } => AddressKind::Serial,
+            Self::Tlog(_) => AddressKind::Tlog,
             Self::Internal(_) => AddressKind::Internal,
         }
     }
@@ -157,7 +167,7 @@ impl Address {
             | Self::Multicast(at)
             | Self::TcpIn(at)
             | Self::TcpOut(at) => Some(at),
-            Self::Serial { .. } | Self::Internal(_) => None,
+            Self::Serial { .. } | Self::Tlog(_) | Self::Internal(_) => None,
         }
     }
 
@@ -177,6 +187,8 @@ impl Address {
             AddressKind::TcpIn => parse_listener(kind, rest, TCP_PORT).map(Self::TcpIn),
             AddressKind::TcpOut => parse_sender(kind, rest, TCP_PORT).map(Self::TcpOut),
             AddressKind::Serial => parse_serial(rest),
+            // No `//` is taken off: the name may be a whole path.
+            AddressKind::Tlog => parse_tlog(text[scheme.len()..].trim_start_matches(':')),
             // No scheme means it.
             AddressKind::Internal => Err(unknown_scheme(scheme, text)),
         }
@@ -198,9 +210,18 @@ impl fmt::Display for Address {
                 let bauds: Vec<String> = bauds.iter().map(ToString::to_string).collect();
                 write!(f, "{device}:{}", bauds.join(","))
             }
+            Self::Tlog(file) => file.display().fmt(f),
             Self::Internal(name) => f.write_str(name),
         }
     }
+}
+
+/// A file name that can be printed.
+fn parse_tlog(text: &str) -> Result<Address, AddressProblem> {
+    if text.is_empty() || text.contains(char::is_control) {
+        return Err(AddressProblem::NoFile);
+    }
+    Ok(Address::Tlog(text.into()))
 }
 
 fn parse_serial(text: &str) -> Result<Address, AddressProblem> {

@@ -31,6 +31,9 @@ pub(super) fn printable(text: &str) -> String {
 /// What is wrong with an endpoint's text. What each variant carries is what its message names.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub enum AddressProblem {
+    /// No file to play back.
+    #[error("no file: write it like tlog:/var/lib/mavswitch/flight.tlog")]
+    NoFile,
     /// There is no text.
     #[error("it is empty: write for example udpin:0.0.0.0:14550 or /dev/ttyACM0:57600")]
     Empty,
@@ -135,11 +138,11 @@ mod tests {
         ("UDPINN://127.0.0.1:14550", "unknown scheme `UDPINN`: did you mean `udpin`?"),
         (
             "ttyACM0",
-            "unknown scheme `ttyACM0`: write udpin, udpout, udpbcast, mcast, tcpin, tcpout or serial",
+            "unknown scheme `ttyACM0`: write udpin, udpout, udpbcast, mcast, tcpin, tcpout, serial or tlog",
         ),
         (
             "http://10.0.0.2:80",
-            "unknown scheme `http`: write udpin, udpout, udpbcast, mcast, tcpin, tcpout or serial",
+            "unknown scheme `http`: write udpin, udpout, udpbcast, mcast, tcpin, tcpout, serial or tlog",
         ),
         ("udpout:14551", "no host: write udpout:HOST:14551"),
         ("udpbcast:", "no host: write udpbcast:HOST:14550"),
@@ -213,7 +216,7 @@ mod tests {
         ("udpout:10.0.0.2?bnd=:1", "unknown option `bnd`: did you mean `bind`?"),
         (
             "serial:auto?colour=red",
-            "unknown option `colour`: serial takes name, enabled, baudrate, flow, bandwidth, queue_time, rate, allow_messages_in, block_messages_in, allow_systems_in, block_systems_in, allow_components_in, block_components_in, allow_messages_out, block_messages_out, allow_systems_out, block_systems_out, allow_components_out, block_components_out, sniffer, forward_setup_signing, record, group, path, prefer and dedup",
+            "unknown option `colour`: serial takes name, enabled, baudrate, flow, bandwidth, queue_time, rate, allow_messages_in, block_messages_in, allow_systems_in, block_systems_in, allow_components_in, block_components_in, allow_messages_out, block_messages_out, allow_systems_out, block_systems_out, allow_components_out, block_components_out, sniffer, forward_setup_signing, record, group, path, prefer, dedup, readonly, max_rate, sign, v1, verify, allow_unsigned and strip",
         ),
         ("udpin:14550?name", "option `name` has no value: write name=NAME"),
         (

@@ -6,8 +6,10 @@ mod address;
 mod datagrams;
 mod filters;
 mod groups;
+mod guard;
 mod pace;
 mod peers;
+mod replay;
 mod row;
 
 use super::address::AddressKind::{self, Multicast, TcpIn, TcpOut, UdpBroadcast, UdpIn, UdpOut};
@@ -26,6 +28,8 @@ const SUBJECTS: &[&[OptionSpec]] = &[
     datagrams::DATAGRAMS,
     filters::FILTERS,
     groups::GROUPS,
+    guard::GUARD,
+    replay::REPLAY,
 ];
 
 /// All options, in the order in which they are printed and explained.

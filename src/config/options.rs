@@ -4,6 +4,8 @@ use std::fmt;
 use std::time::Duration;
 
 use super::host_port::HostPort;
+use super::key_files::KeyRef;
+use crate::routing::OldFrames;
 
 /// The options of an endpoint; the default is what holds where nothing is written.
 ///
@@ -57,6 +59,11 @@ pub struct EndpointOptions {
     /// Whether SETUP_SIGNING, which carries a secret key, may pass between this endpoint and others
     /// that allow it.
     pub forward_setup_signing: bool,
+    /// How many times as fast as it was recorded a log is played back, 0..=1000; 0: as fast as the
+    /// others take it.
+    pub speed: f32,
+    /// Whether a log begins anew when it has ended.
+    pub looped: bool,
     /// Whether what comes from this endpoint is recorded, if anything is.
     pub record: bool,
     /// The name of the path that this endpoint shares with others, 1 to 64 characters. Nothing is
@@ -68,6 +75,20 @@ pub struct EndpointOptions {
     pub prefer: u8,
     /// The time within which the second copy of a frame is dropped, 1 to 1000 ms.
     pub dedup: Option<Duration>,
+    /// Whether nothing is taken that comes from here.
+    pub readonly: bool,
+    /// How many frames are taken of each peer in a second at most, 1..=1,000,000.
+    pub max_rate: Option<u32>,
+    /// What is signed with that is sent here and has no signature.
+    pub sign: Option<KeyRef>,
+    /// What becomes of MAVLink 1 where frames are signed.
+    pub v1: OldFrames,
+    /// What everything must be signed with that comes from here.
+    pub verify: Option<KeyRef>,
+    /// Messages that may come unsigned all the same.
+    pub allow_unsigned: Vec<MessageRef>,
+    /// Whether frames go on without the signature that was checked.
+    pub strip: bool,
 }
 
 impl Default for EndpointOptions {
@@ -93,11 +114,20 @@ impl Default for EndpointOptions {
             filter_out: FilterOptions::default(),
             sniffer: false,
             forward_setup_signing: false,
+            speed: 1.0,
+            looped: false,
             record: true,
             group: None,
             path: PathChoice::All,
             prefer: 0,
             dedup: None,
+            readonly: false,
+            max_rate: None,
+            sign: None,
+            v1: OldFrames::Pass,
+            verify: None,
+            allow_unsigned: ["RADIO_STATUS", "RADIO"].map(|it| MessageRef::Name(it.into())).into(),
+            strip: false,
         }
     }
 }

@@ -26,6 +26,7 @@ impl Daemon {
     ///
     /// If one cannot be opened and waiting would not help.
     pub(super) fn open_all(&mut self) -> Result<(), StartError> {
+        self.begin_signing_time();
         for index in self.io.endpoints.ids() {
             let Err(failure) = self.open(index) else {
                 continue;
@@ -50,6 +51,7 @@ impl Daemon {
         let Some(host_port) = endpoint.config.address.host_port() else {
             return match endpoint.config.address {
                 Address::Serial { .. } => self.open_serial(index),
+                Address::Tlog(_) => self.open_replay(index),
                 // Whoever has added it has opened it.
                 _ => Ok(()),
             };

@@ -43,7 +43,7 @@ impl Daemon {
             }
             Address::TcpIn(_) => self.open_tcp_server(index, address),
             Address::TcpOut(_) => self.open_tcp_client(index, address),
-            Address::Serial { .. } | Address::Internal(_) => Ok(()),
+            Address::Serial { .. } | Address::Tlog(_) | Address::Internal(_) => Ok(()),
         }
     }
 

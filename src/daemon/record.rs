@@ -4,9 +4,11 @@ use std::time::{Duration, SystemTime};
 
 use tracing::{info, warn};
 
+use super::endpoint_table::EndpointId;
 use super::event_loop::Daemon;
-use crate::config::{EndpointOptions, FlightLog, RecordOptions};
-use crate::record::{Collector, Recorder};
+use super::open::OpenError;
+use crate::config::{Address, EndpointOptions, FlightLog, RecordOptions};
+use crate::record::{Collector, Recorder, Replay, ReplayOptions};
 
 /// How long the writer may take at the end for what waits: a card that hangs keeps nobody.
 const CLOSING: Duration = Duration::from_secs(2);
@@ -60,6 +62,17 @@ impl Daemon {
         self.stop_recorder();
         self.start_recorder();
         info!("recording anew: its options have changed");
+    }
+
+    /// Begins to play back a log.
+    pub(super) fn open_replay(&mut self, index: EndpointId) -> Result<(), OpenError> {
+        let config = &self.io.endpoints[index].config;
+        let Address::Tlog(file) = &config.address else { return Ok(()) };
+        let options = ReplayOptions { speed: config.options.speed, is_loop: config.options.looped };
+        let file = file.display().to_string();
+        let replay = Replay::start(file.as_ref(), options)
+            .map_err(|error| OpenError { action: format!("play back {file}"), error })?;
+        self.open_local(index, &file, Box::new(replay)).map(drop)
     }
 
     /// A turn begins that was awake at `wall`.

@@ -12,6 +12,7 @@ mod flight;
 mod flight_files;
 mod output;
 mod recorder;
+mod replay;
 mod select;
 mod status;
 mod store;
@@ -23,6 +24,7 @@ mod writer;
 
 pub use flight::{Collector, FlightFeed};
 pub use recorder::Recorder;
+pub use replay::{Replay, ReplayOptions};
 pub use select::{BadMoment, Moment, Selection};
 pub use status::{RecordState, RecordStatus};
 pub use tlog::{ReaderStats, Record, TIMESTAMP, TlogReader, fuzz_tlog, write_record};

@@ -28,6 +28,7 @@ mod overloaded_line;
 mod program;
 mod record;
 mod reload;
+mod replay;
 mod resync;
 mod ring;
 mod routing;

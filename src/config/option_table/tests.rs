@@ -1,7 +1,7 @@
 //! What every option takes, refuses, shows and defaults to.
 
 use super::*;
-use crate::config::AddressKind::Serial;
+use crate::config::AddressKind::{Serial, Tlog};
 use crate::config::{Address, EndpointConfig, EndpointOptions};
 
 /// Values at the edges of what each option takes; the second list is refused.
@@ -42,6 +42,15 @@ const EDGES: &[(&str, &[&str], &[&str])] = &[
     ("path", &["all", "best"], &["any"]),
     ("prefer", &["0", "255"], &["256"]),
     ("dedup", &["1", "1000", "1s", "0.5s", "2ms"], &["0", "1001", "2s", "0.4"]),
+    ("readonly", &["true", "false"], &["yes"]),
+    ("max_rate", &["1", "1000000"], &["0", "1000001", "1.5", ""]),
+    ("sign", &["radio", "my radio"], &["", "a=b", "a\u{7}"]),
+    ("v1", &["pass", "upgrade", "drop"], &["", "true", "convert"]),
+    ("verify", &["radio"], &["", "a=b"]),
+    ("allow_unsigned", &["RADIO", "27,ATTITUDE", "none"], &["", "27,", "none,27x"]),
+    ("strip", &["true", "false"], &["1"]),
+    ("speed", &["0", "0.5", "1000"], &["", "-1", "1001", "fast"]),
+    ("loop", &["true", "false"], &["1"]),
 ];
 const RATES_REFUSED: &[&str] = &[
     "",
@@ -62,6 +71,7 @@ fn plain(kind: AddressKind) -> EndpointConfig {
     let address = match kind {
         Multicast => "239.0.0.1",
         Serial => "auto",
+        Tlog => "/tmp/flight.tlog",
         _ => "10.0.0.2",
     };
     let address = Address::parse(&format!("{}:{address}", kind.scheme())).unwrap();
@@ -108,7 +118,7 @@ fn each_default_text_is_the_default_value() {
 #[test]
 fn names_are_unique_and_fit_a_file() {
     for (number, spec) in OPTIONS.iter().enumerate() {
-        let is_allowed = |c: char| c.is_ascii_lowercase() || c == '_';
+        let is_allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
         assert!(spec.name.chars().all(is_allowed), "{}", spec.name);
         let others = &OPTIONS[number + 1..];
         assert!(others.iter().all(|other| other.name != spec.name));

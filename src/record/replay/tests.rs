@@ -1,0 +1,115 @@
+//! A log of some hundred kilobytes, played back in virtual time.
+
+use std::fs;
+
+use super::*;
+use crate::mavlink::{Component, FrameSpec, MessageId, Version, encode};
+use crate::record::test_dir::TestDir;
+use crate::record::write_record;
+
+/// So many frames, one each 10 ms.
+fn frames(count: u32) -> Vec<Vec<u8>> {
+    let frame = |number: u32| {
+        let mut bytes = Vec::new();
+        let spec = FrameSpec {
+            version: Version::V2,
+            seq: number as u8,
+            source: Component::new(1, 1),
+            id: MessageId(30),
+            crc_extra: 39,
+            payload: &number.to_le_bytes(),
+            signature: None,
+        };
+        encode(&spec, &mut bytes);
+        bytes
+    };
+    (1..=count).map(|number| frame(number | 1 << 24)).collect()
+}
+
+fn log(dir: &TestDir, frames: &[Vec<u8>]) -> PathBuf {
+    let mut log = Vec::new();
+    for (number, frame) in (0..).zip(frames) {
+        write_record(&mut log, 1_700_000_000_000_000 + number * 10_000, frame).unwrap();
+    }
+    let path = dir.path().join("flight.tlog");
+    fs::write(&path, log).unwrap();
+    path
+}
+
+/// Says what it has to say until `end`: each frame, and when. The disk may take its time.
+fn play(replay: &mut Replay, now: &mut Time, end: Time) -> Vec<(Time, Vec<u8>)> {
+    let mut said = Vec::new();
+    let patience = std::time::Instant::now() + Duration::from_secs(60);
+    while *now < end && replay.ended().is_none() {
+        let mut out = Vec::new();
+        if replay.poll_transmit(*now, &mut out)
+            || (replay.bulk(*now).is_some() && replay.poll_bulk(*now, &mut out))
+        {
+            said.push((*now, out));
+        } else if replay.look_at.is_some() {
+            assert!(std::time::Instant::now() < patience, "the disk gives nothing");
+            thread::yield_now();
+        } else if let Some(at) = replay.poll_timeout() {
+            *now = at;
+        }
+    }
+    said
+}
+
+const NEVER: Time = Time::from_millis(u64::MAX / 2_000);
+
+fn replay(path: &Path, speed: f32, is_loop: bool) -> Replay {
+    Replay::start(path, ReplayOptions { speed, is_loop }).unwrap()
+}
+
+#[test]
+fn each_frame_is_said_as_it_was_recorded_at_its_time() {
+    let dir = TestDir::new();
+    let frames = frames(10_000);
+    let path = log(&dir, &frames);
+    for (speed, step) in [(1.0, 10_000), (4.0, 2_500)] {
+        let mut replay = replay(&path, speed, false);
+        let mut now = Time::from_millis(500);
+        let said = play(&mut replay, &mut now, NEVER);
+        assert_eq!(replay.ended(), Some("the log has ended"));
+        assert!(said.iter().map(|(_, frame)| frame).eq(&frames), "not the frames of the log");
+        let micros = |number: u64| Time::from_micros(500_000 + number * step);
+        assert!(said.iter().zip(0..).all(|((at, _), number)| *at == micros(number)));
+    }
+}
+
+#[test]
+fn at_full_speed_the_time_does_not_matter() {
+    let dir = TestDir::new();
+    let frames = frames(10_000);
+    let mut replay = replay(&log(&dir, &frames), 0.0, false);
+    let mut now = Time::ZERO;
+    let said = play(&mut replay, &mut now, NEVER);
+    assert!(said.iter().map(|(_, frame)| frame).eq(&frames), "not the frames of the log");
+    assert_eq!(now, Time::ZERO);
+}
+
+#[test]
+fn a_loop_begins_anew_at_once() {
+    let dir = TestDir::new();
+    let frames = frames(3);
+    let mut replay = replay(&log(&dir, &frames), 1.0, true);
+    let said = play(&mut replay, &mut Time::from_millis(1), Time::from_millis(75));
+    let heard: Vec<usize> =
+        said.iter().map(|(_, frame)| frames.iter().position(|it| it == frame).unwrap()).collect();
+    assert!(heard.len() >= 9 && heard.iter().zip([0, 1, 2].iter().cycle()).all(|(a, b)| a == b));
+    assert!(replay.ended().is_none());
+}
+
+#[test]
+fn what_is_no_log_or_not_there_is_told() {
+    let dir = TestDir::new();
+    let path = dir.path().join("text");
+    fs::write(&path, "no log at all").unwrap();
+    for (path, told) in [(path, "is no telemetry log"), (dir.path().join("nothing"), "cannot read")]
+    {
+        let mut replay = replay(&path, 1.0, true);
+        assert!(play(&mut replay, &mut Time::ZERO.clone(), NEVER).is_empty());
+        assert!(replay.ended().unwrap().contains(told), "{:?}", replay.ended());
+    }
+}
