@@ -179,7 +179,7 @@ text\t'One line of text for each event, with the time'
 json\t'One JSON object for each event'
 journal\t'Lines with priorities and without the time, for the journal of systemd'
 plain\t'One line of text without the time, for another log that adds its own'"
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand status" -l json -d 'Print one snapshot as JSON'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand status" -l json -d 'Print one picture as JSON, with counts instead of rates'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand status" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand status" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand status" -s h -l help -d 'Print help (see more with \'--help\')'

@@ -1,12 +1,15 @@
 //! The commands that ask a running daemon, or tell it what to do.
 
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
+use std::time::Duration;
+use std::{env, thread};
 
 use clap::{Args, Subcommand};
 
 use crate::config::{DialectFileError, LogLevel};
 use crate::control::{Answer, Client, ClientError, Request};
+use crate::status::to_text;
 
 /// Whom to ask.
 #[derive(Args, Clone, Debug)]
@@ -19,7 +22,7 @@ pub struct AskArgs {
 /// How to show what is going on.
 #[derive(Args, Clone, Debug)]
 pub struct StatusArgs {
-    /// Print one snapshot as JSON
+    /// Print one picture as JSON, with counts instead of rates
     #[arg(long)]
     pub json: bool,
     /// Whom to ask
@@ -88,6 +91,9 @@ pub struct LogLevelArgs {
     pub ask: AskArgs,
 }
 
+/// The time over which rates are told.
+const RATES_OVER: Duration = Duration::from_secs(1);
+
 /// Why a command could not be carried out.
 #[derive(Debug, thiserror::Error)]
 pub enum AskError {
@@ -121,6 +127,12 @@ impl AskArgs {
     }
 }
 
+/// Whether standard output is a terminal, and nobody asks for no colours (NO_COLOR).
+fn is_colourful() -> bool {
+    let is_refused = env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+    io::stdout().is_terminal() && !is_refused
+}
+
 impl StatusArgs {
     /// Asks, and says what is going on.
     ///
@@ -128,7 +140,12 @@ impl StatusArgs {
     ///
     /// If there is no daemon that answers.
     pub fn run(&self) -> Result<String, AskError> {
-        let snapshot = self.ask.connect()?.status()?;
+        let mut client = self.ask.connect()?;
+        let snapshot = client.status()?;
+        if !self.json {
+            thread::sleep(RATES_OVER);
+            return Ok(to_text(&snapshot, &client.status()?, is_colourful()));
+        }
         let mut text = Vec::new();
         serde_json::to_writer_pretty(&mut text, &snapshot).map_err(io::Error::from)?;
         writeln!(text)?;

@@ -1,5 +1,7 @@
 //! The picture of one moment, made when somebody asks for it.
 
+use std::cmp::Reverse;
+
 use super::endpoint::{Endpoint, Past, Role, State};
 use super::endpoint_table::EndpointId;
 use super::event_loop::Daemon;
@@ -8,7 +10,7 @@ use crate::mavlink::SplitterStats;
 use crate::routing::{DropReason, Heard, KnownComponent, LinkCounters, LinkId, Port, Time};
 use crate::status::{
     ComponentStatus, Counters, EndpointState, EndpointStatus, FORMAT, HeardStatus, LinkStatus,
-    Program, QueueStatus, Snapshot,
+    MessageStatus, Program, QueueStatus, Snapshot,
 };
 
 impl Daemon {
@@ -28,7 +30,7 @@ impl Daemon {
             },
             endpoints: endpoints.collect(),
             components,
-            messages: Vec::new(),
+            messages: self.message_status(),
         }
     }
 
@@ -57,7 +59,11 @@ impl Daemon {
             up_ago_ms: self.ago_ms(link.since),
             heard_ago_ms: has_heard.then(|| self.ago_ms(link.last_read)),
             counters: counters(port.counters(), link.splitter.stats()),
-            queue: queue(port),
+            queue: QueueStatus {
+                bytes: port.backlog() as u64,
+                limit: port.queue_limit() as u64,
+                age_ms: port.queue_age(self.now).as_millis() as u64,
+            },
             pace: port.rate().map(u64::from),
             loss_percent: loss_percent(port),
         })
@@ -67,7 +73,7 @@ impl Daemon {
         ComponentStatus {
             system: known.component.system,
             component: known.component.component,
-            vehicle: None,
+            vehicle: known.heartbeat.map(Into::into),
             heard: known.heard.iter().filter_map(|heard| self.heard_status(heard)).collect(),
         }
     }
@@ -84,6 +90,22 @@ impl Daemon {
             frames: heard.sequence.received,
             lost: heard.sequence.lost,
         })
+    }
+
+    /// The most frequent first.
+    fn message_status(&self) -> Vec<MessageStatus> {
+        let name = |id| self.checker.dialect().by_id(id).map(|it| it.name.to_string());
+        let tallies = self.router.tallies().map(|tally| MessageStatus {
+            system: tally.source.system,
+            component: tally.source.component,
+            id: tally.id.0,
+            name: name(tally.id),
+            frames: tally.frames,
+            bytes: tally.bytes,
+        });
+        let mut messages: Vec<MessageStatus> = tallies.collect();
+        messages.sort_by_key(|it| (Reverse(it.frames), it.system, it.component, it.id));
+        messages
     }
 
     fn ago_ms(&self, at: Time) -> u64 {
@@ -130,10 +152,6 @@ fn counters(router: &LinkCounters, splitter: SplitterStats) -> Counters {
         unknown_flags: splitter.incompatible,
         refused: refused.map(|reason| (reason.name().to_owned(), router[reason])).collect(),
     }
-}
-
-fn queue(port: &Port) -> QueueStatus {
-    QueueStatus { bytes: port.backlog() as u64, limit: port.queue_limit() as u64, age_ms: 0 }
 }
 
 fn loss_percent(port: &Port) -> Option<f64> {

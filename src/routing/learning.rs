@@ -5,7 +5,7 @@ use super::loops::Arrival;
 use super::options::{Learn, RouterEvent};
 use super::path_loss::Speech;
 use super::port::{Port, is_radio_report};
-use super::route_table::{Heard, TableFull};
+use super::route_table::{Heard, Heartbeat, TableFull};
 use super::router::{Router, push_event};
 use super::sequence::Sequence;
 use super::time::Time;
@@ -131,7 +131,12 @@ impl Router {
         let Header { id, source, .. } = frame.header;
         port.handle_heard(id, lost, now);
         match id {
-            MessageId::HEARTBEAT => self.compare_heartbeats(link, source, arrival, now),
+            MessageId::HEARTBEAT => {
+                if let Some(known) = self.table.find_mut(source) {
+                    known.heartbeat = Some(Heartbeat::read(frame));
+                }
+                self.compare_heartbeats(link, source, arrival, now);
+            }
             MessageId::SYSTEM_TIME => self.check_restart(link, frame),
             id if is_radio_report(id) => port.handle_radio_status(frame),
             _ => {}

@@ -1,5 +1,7 @@
 //! The router's side of a link: what waits for it, at which pace it leaves, and what was counted.
 
+use std::time::Duration;
+
 use super::counters::{DropReason, LinkCounters};
 use super::filter::Filter;
 use super::gate::Gate;
@@ -8,6 +10,7 @@ use super::options::{Capacity, LinkOptions};
 use super::pacer::Pacer;
 use super::path_loss::PathLoss;
 use super::queue::{Frames, Precedence, Queue, QueueLimits};
+use super::queue_age::QueueAge;
 use super::rate_limit::RateLimiter;
 use super::time::Time;
 use crate::mavlink::{CheckedFrame, MAX_FRAME, MessageId};
@@ -17,6 +20,7 @@ pub struct Port {
     pub(super) options: LinkOptions,
     pub(super) counters: LinkCounters,
     queue: Queue,
+    age: QueueAge,
     pacer: Option<Pacer>,
     filter_in: Filter,
     filter_out: Filter,
@@ -46,6 +50,7 @@ impl Port {
         };
         Self {
             queue: Queue::new(limits(options.capacity, pacer.as_ref())),
+            age: QueueAge::default(),
             pacer,
             filter_in: Filter::new(&options.filter_in),
             filter_out: Filter::new(&options.filter_out),
@@ -171,6 +176,7 @@ impl Port {
     /// How many of the bytes that wait may be sent now: whole frames, and the rest of one that was
     /// begun.
     pub fn sendable(&mut self, now: Time) -> usize {
+        self.age.look(self.queue.len(), now);
         match &mut self.pacer {
             None => self.queue.len(),
             Some(pacer) => {
@@ -197,6 +203,7 @@ impl Port {
     /// If there are not so many.
     pub fn consume(&mut self, count: usize) {
         self.queue.consume(count);
+        self.age.consume(count, self.queue.len());
         if let Some(pacer) = &mut self.pacer {
             pacer.consume(count);
         }
@@ -210,6 +217,12 @@ impl Port {
     /// How many bytes wait.
     pub fn backlog(&self) -> usize {
         self.queue.len()
+    }
+
+    /// How long the oldest of them has waited, at most; it may be half of that where the queue is
+    /// never empty.
+    pub fn queue_age(&self, now: Time) -> Duration {
+        self.age.get(now)
     }
 
     /// How many bytes may wait.

@@ -9,7 +9,7 @@ use super::link_set::{LinkId, LinkSet};
 use super::path_loss::Speech;
 use super::sequence::Sequence;
 use super::time::Time;
-use crate::mavlink::Component;
+use crate::mavlink::{CheckedFrame, Component};
 
 /// How many components are known at one time. Real systems have a few dozen.
 pub const MAX_COMPONENTS: usize = 4_096;
@@ -44,8 +44,31 @@ pub struct Heard {
 pub struct KnownComponent {
     /// Which.
     pub component: Component,
+    /// What it last said of itself.
+    pub heartbeat: Option<Heartbeat>,
     /// Where. Invariant: not empty, and each link once.
     pub heard: Vec<Heard>,
+}
+
+/// What a HEARTBEAT says of who sends it, in its own numbers.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Heartbeat {
+    /// MAV_TYPE.
+    pub kind: u8,
+    /// MAV_AUTOPILOT.
+    pub autopilot: u8,
+    /// MAV_MODE_FLAG.
+    pub base_mode: u8,
+    /// MAV_STATE.
+    pub state: u8,
+}
+
+impl Heartbeat {
+    /// What stands in the payload of a HEARTBEAT, behind four bytes of `custom_mode`.
+    pub(super) fn read(frame: &CheckedFrame<'_>) -> Self {
+        let [kind, autopilot, base_mode, state] = [4, 5, 6, 7].map(|at| frame.payload_byte(at));
+        Self { kind, autopilot, base_mode, state }
+    }
 }
 
 /// The table.
@@ -123,7 +146,7 @@ impl RouteTable {
             return Ok(false);
         }
         let number = self.known.len() as u16;
-        self.known.push(KnownComponent { component, heard: vec![heard] });
+        self.known.push(KnownComponent { component, heartbeat: None, heard: vec![heard] });
         self.index[component.index()] = number + 1;
         self.systems[usize::from(component.system)].push(number);
         Ok(true)

@@ -14,6 +14,7 @@ use super::port::Port;
 use super::queue::Precedence;
 use super::route_table::RouteTable;
 use super::signing::Signing;
+use super::tallies::{Tallies, Tally};
 use super::tap::Tap;
 use super::time::Time;
 use crate::mavlink::{CheckedFrame, MessageId};
@@ -27,6 +28,7 @@ pub struct Router {
     /// How many links there have been, in its lowest bits.
     lives: u8,
     pub(super) table: RouteTable,
+    tallies: Tallies,
     pub(super) groups: Vec<Group>,
     /// Links that are sent everything by an option of their own.
     pub(super) sniffers: LinkSet,
@@ -57,6 +59,7 @@ impl Router {
             links: LinkSet::EMPTY,
             lives: 0,
             table: RouteTable::new(),
+            tallies: Tallies::new(),
             groups: Vec::new(),
             sniffers: LinkSet::EMPTY,
             has_sniffers: options.sniffer.is_some(),
@@ -136,6 +139,7 @@ impl Router {
         };
         port.counters.frames_in += 1;
         port.counters.bytes_in += frame.bytes.len() as u64;
+        self.tallies.count(frame);
         if port.has_gate() {
             return self.handle_gated(link, frame, now);
         }
@@ -255,6 +259,12 @@ impl Router {
     /// What is known of components.
     pub fn table(&self) -> &RouteTable {
         &self.table
+    }
+
+    /// What came of each message from each component, in no order; at most
+    /// [`MAX_TALLIES`](super::MAX_TALLIES), and what was heard first.
+    pub fn tallies(&self) -> impl Iterator<Item = Tally> {
+        self.tallies.iter()
     }
 
     /// The next event that nobody has fetched yet.

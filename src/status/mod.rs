@@ -3,19 +3,25 @@
 //! The loop fills a snapshot when somebody asks; text, JSON, metrics and the live view are made
 //! from it here. Nothing in this room reads a clock, a socket or the router.
 
+mod columns;
 mod diagnosis;
 mod page;
 mod prometheus;
+mod names;
+mod rates;
 mod snapshot;
+mod text;
 mod why;
 mod why_text;
 
 pub use diagnosis::{Finding, diagnose};
 pub use page::PAGE;
 pub use prometheus::{MAX_COMPONENT_SERIES, Metrics, MetricsFormat};
+pub use rates::{Rate, Rates};
 pub use snapshot::{
     ArmedState, ComponentStatus, Counters, EndpointState, EndpointStatus, FORMAT, HeardStatus,
     LinkStatus, MessageStatus, Program, QueueStatus, Snapshot, Vehicle,
 };
+pub use text::to_text;
 pub use why::{FrameFate, LinkFate, Why};
 pub use why_text::diagnosis_text;

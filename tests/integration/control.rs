@@ -5,9 +5,11 @@ use std::io::{Read, Write};
 use std::net::Shutdown;
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::UnixStream;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 
 use mavswitch::control::{Client, ClientError, MAX_REQUEST, Request};
-use mavswitch::status::EndpointState;
+use mavswitch::status::{ComponentStatus, Counters, EndpointState, Snapshot};
 use rustix::process::Signal;
 
 use crate::harness::*;
@@ -138,4 +140,141 @@ fn endpoints_come_and_go_by_request() {
     assert_eq!(ask(Request::EndpointRemove { name: "tcp".into() }), "");
     let names = client.status().unwrap().endpoints.into_iter().map(|it| it.name);
     assert_eq!(names.collect::<Vec<_>>(), ["udp"]);
+}
+
+/// The counters of the only link of an endpoint.
+fn counted<'a>(snapshot: &'a Snapshot, endpoint: &str) -> &'a Counters {
+    let endpoint = snapshot.endpoints.iter().find(|it| it.name == endpoint).unwrap();
+    &endpoint.links[0].counters
+}
+
+#[test]
+fn what_is_told_is_what_was_sent() {
+    let out = "tcpin:127.0.0.1:0?name=gcs&block_messages_out=HEARTBEAT";
+    let router = Router::start(&["tcpin:127.0.0.1:0?name=fc", out]);
+    let mut gcs = router.tcp_silent("gcs", GCS);
+    let mut vehicle = router.tcp_silent("fc", VEHICLE);
+    // One of ten is lost on the way to the router.
+    let frames: Vec<_> =
+        (0..20_000).filter(|n| n % 10 != 3).map(|n| attitude(VEHICLE, n)).collect();
+    let heartbeats: Vec<_> = (0..50).map(|_| heartbeat(CAMERA)).collect();
+    let unanswered: Vec<_> = (0..7).map(|_| command_long(CAMERA, OTHER)).collect();
+    let damaged: Vec<_> = (0..20).map(|n| corrupted(&attitude(VEHICLE, n))).collect();
+    let mut follower = client(&router);
+    follower.send(Request::Follow { interval_ms: 100 }).unwrap();
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            vehicle.send([&heartbeats[..], &unanswered, &damaged].concat().concat());
+            vehicle.send(frames.concat());
+        });
+        gcs.expect_each(&frames);
+    });
+    let told = client(&router).status().unwrap();
+    let (fc, gcs) = (counted(&told, "fc"), counted(&told, "gcs"));
+    let whole: Vec<_> = [&heartbeats[..], &unanswered, &frames].concat();
+    let bytes = |frames: &[Vec<u8>]| frames.iter().map(|frame| frame.len() as u64).sum::<u64>();
+    assert_eq!((fc.frames_in, fc.bytes_in), (whole.len() as u64, bytes(&whole)));
+    assert_eq!((fc.bad_crc, fc.garbage_bytes), (20, bytes(&damaged)));
+    assert_eq!(fc.refused.get("no_route"), Some(&7));
+    assert_eq!((gcs.frames_out, gcs.bytes_out), (frames.len() as u64, bytes(&frames)));
+    assert_eq!(gcs.refused.get("filtered_out"), Some(&50));
+    let of = |system, component| {
+        let is_it = |it: &&ComponentStatus| (it.system, it.component) == (system, component);
+        told.components.iter().find(is_it).unwrap()
+    };
+    assert_eq!((of(1, 1).heard[0].frames, of(1, 1).heard[0].lost), (18_000, 2_000));
+    assert_eq!((of(1, 100).heard[0].frames, of(1, 100).heard[0].lost), (57, 0));
+    assert!(of(1, 100).vehicle.is_some() && of(1, 1).vehicle.is_none());
+    let messages = told.messages.iter();
+    let messages: Vec<_> =
+        messages.map(|it| (it.component, it.name.as_deref().unwrap(), it.frames)).collect();
+    let expected = [(1, "ATTITUDE", 18_000), (100, "HEARTBEAT", 50), (100, "COMMAND_LONG", 7)];
+    assert_eq!(messages, expected);
+    assert!(follower.receive(PATIENCE).unwrap().is_some());
+}
+
+#[test]
+fn a_client_that_never_reads_costs_nothing() {
+    let router = Router::start(&["udpin:127.0.0.1:0?name=udp", "tcpin:127.0.0.1:0?name=tcp"]);
+    let mut vehicle = router.udp("udp", VEHICLE);
+    let mut gcs = router.tcp("tcp", GCS);
+    let before = router.process().resident_kib();
+    let lazy: Vec<UnixStream> = (0..3)
+        .map(|_| {
+            let mut stream = raw(&router);
+            stream.write_all(b"{\"request\":\"follow\",\"interval_ms\":100}\n").unwrap();
+            stream.write_all("{\"request\":\"status\"}\n".repeat(2_000).as_bytes()).unwrap();
+            stream
+        })
+        .collect();
+    for _ in 0..100 {
+        router.assert_serves(&mut gcs, &mut vehicle);
+    }
+    assert_eq!(client(&router).status().unwrap().endpoints.len(), 2);
+    router.assert_grown_less_than(4, before);
+    drop(lazy);
+    router.assert_serves(&mut gcs, &mut vehicle);
+}
+
+#[test]
+fn a_thousand_changes_under_traffic_cost_the_others_nothing() {
+    let router = Router::start(&["tcpin:127.0.0.1:0?name=tcp", "udpin:127.0.0.1:0?name=udp"]);
+    let mut gcs = router.tcp("tcp", GCS);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let mut client = client(&router);
+    let mut round = |n: u32| {
+        let endpoint = format!("udpin:127.0.0.1:0?name=extra&max_peers={}", 1 + n % 9);
+        client.ask(Request::EndpointAdd { endpoint: endpoint.clone() }).unwrap();
+        let endpoint = endpoint + "&rate=ATTITUDE:4";
+        client.ask(Request::EndpointChange { endpoint }).unwrap();
+        client.ask(Request::EndpointRemove { name: "extra".into() }).unwrap();
+    };
+    round(0);
+    let before = (router.process().descriptors(), router.process().resident_kib());
+    let is_over = AtomicBool::new(false);
+    let sent = thread::scope(|scope| {
+        let traffic = scope.spawn(|| {
+            let mut sent = 0;
+            while !is_over.load(Ordering::Relaxed) {
+                let frames: Vec<_> = (sent..sent + 50).map(|n| attitude(VEHICLE, n)).collect();
+                vehicle.send(frames.concat());
+                gcs.expect_each(&frames);
+                sent += 50;
+            }
+            sent
+        });
+        (0..334).for_each(&mut round);
+        is_over.store(true, Ordering::Relaxed);
+        traffic.join().unwrap()
+    });
+    println!("1,002 changes while {sent} frames passed");
+    assert_eq!(router.process().descriptors(), before.0);
+    router.assert_grown_less_than(2, before.1);
+}
+
+#[test]
+fn people_are_told_in_tables_and_without_a_daemon_what_to_do() {
+    let router = Router::start(&["udpin:127.0.0.1:0?name=udp"]);
+    let _vehicle = router.udp("udp", VEHICLE);
+    let path = router.control();
+    let path = path.to_str().unwrap();
+    let told = run(&["status", "--control", path]);
+    let text = String::from_utf8(told.stdout).unwrap();
+    assert!(told.status.success() && text.contains("listening"), "{text}");
+    let json = run(&["status", "--json", "--control", path]);
+    let snapshot: Snapshot = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!(snapshot.endpoints[0].name, "udp");
+    let added = run(&["endpoint", "add", "udpin:127.0.0.1:0?name=more", "--control", path]);
+    assert!(added.status.success(), "{added:?}");
+    let level = run(&["log-level", "debug", "--control", path]);
+    assert!(level.status.success(), "{level:?}");
+    router.log.wait_for(&["log level: debug, by request"]);
+    let refused = run(&["endpoint", "remove", "nobody", "--control", path]);
+    let text = String::from_utf8(refused.stderr).unwrap();
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(text.contains("there are: udp, more"), "{text}");
+    let nobody = run(&["status", "--control", "/nowhere/control"]);
+    let text = String::from_utf8(nobody.stderr).unwrap();
+    assert_eq!(nobody.status.code(), Some(1));
+    assert!(text.contains("/nowhere/control: No such file"), "{text}");
 }

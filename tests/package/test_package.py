@@ -74,6 +74,7 @@ def test_everything_is_in_its_place(machine):
     for path in [
         "/usr/share/man/man1/mavswitch.1.gz",
         "/usr/share/man/man1/mavlink-routerd.1.gz",
+        "/usr/share/man/man5/mavswitch-control.5.gz",
         "/usr/share/man/man5/mavswitch.toml.5.gz",
         "/usr/share/bash-completion/completions/mavswitch",
         "/usr/share/zsh/vendor-completions/_mavswitch",
