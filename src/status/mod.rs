@@ -5,9 +5,9 @@
 
 mod columns;
 mod diagnosis;
+mod names;
 mod page;
 mod prometheus;
-mod names;
 mod rates;
 mod snapshot;
 mod text;
