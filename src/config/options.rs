@@ -79,6 +79,14 @@ pub struct EndpointOptions {
     pub readonly: bool,
     /// How many frames are taken of each peer in a second at most, 1..=1,000,000.
     pub max_rate: Option<u32>,
+    /// System ids that change places between here and there; no id is there twice, or 0.
+    pub remap: Vec<(u8, u8)>,
+    /// The version of MAVLink to send, 1 or 2; without it, frames leave as they came.
+    pub version: Option<u8>,
+    /// Whether what cannot be had in that version is dropped.
+    pub version_strict: bool,
+    /// Whether HEARTBEAT is sent here.
+    pub heartbeats: bool,
     /// What is signed with that is sent here and has no signature.
     pub sign: Option<KeyRef>,
     /// What becomes of MAVLink 1 where frames are signed.
@@ -123,6 +131,10 @@ impl Default for EndpointOptions {
             dedup: None,
             readonly: false,
             max_rate: None,
+            remap: Vec::new(),
+            version: None,
+            version_strict: true,
+            heartbeats: true,
             sign: None,
             v1: OldFrames::Pass,
             verify: None,

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use super::key_files::KeyRef;
 use super::options::{FlowControl, MessageRef, PathChoice};
+use crate::mavlink::SystemMap;
 use crate::routing::OldFrames;
 
 /// Baud rates that some hardware has; the highest are those of USB converters.
@@ -176,6 +177,22 @@ pub(super) fn key(text: &str) -> Option<KeyRef> {
 /// What a key may be called.
 pub(super) fn key_name(text: &str) -> Option<String> {
     name(text).filter(|name| !name.contains('='))
+}
+
+/// System ids that change places: `1:7,2:8`.
+pub(super) fn system_pairs(text: &str) -> Option<Vec<(u8, u8)>> {
+    let pair = |pair: &str| {
+        let (a, b) = pair.split_once(':')?;
+        Some((number(a, 1..=255)?, number(b, 1..=255)?))
+    };
+    let pairs: Vec<_> = text.split(',').map(pair).collect::<Option<_>>()?;
+    SystemMap::new(&pairs).map(|_| pairs)
+}
+
+/// What [`system_pairs`] reads, unless there are none.
+pub(super) fn show_system_pairs(pairs: &[(u8, u8)]) -> Option<String> {
+    let pairs: Vec<String> = pairs.iter().map(|(a, b)| format!("{a}:{b}")).collect();
+    show_list(&pairs)
 }
 
 /// What becomes of MAVLink 1 where frames are signed.

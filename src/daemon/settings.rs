@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use super::endpoint::Endpoint;
@@ -10,7 +11,7 @@ use crate::config::{
     Address, Device, EndpointConfig, EndpointOptions, FilterOptions, KeyRef, MAX_ENDPOINTS,
     MessageRef,
 };
-use crate::mavlink::{Dialect, MessageId};
+use crate::mavlink::{Dialect, MessageId, Recipes, SystemMap, Version};
 use crate::routing::{Capacity, FilterLists, GateOptions, LinkOptions, RateCap, Sign, Verify};
 
 /// How many groups the router can tell apart.
@@ -50,7 +51,10 @@ impl Settings {
         let (name, options) = (config.name(), &config.options);
         let caps = rate_caps(&name, &options.rate, dialect)?;
         let filter_in = filter_lists(&name, &options.filter_in, dialect)?;
-        let filter_out = filter_lists(&name, &options.filter_out, dialect)?;
+        let mut filter_out = filter_lists(&name, &options.filter_out, dialect)?;
+        if !options.heartbeats {
+            filter_out.block_messages.push(MessageId::HEARTBEAT);
+        }
         let gate = gate_options(&name, options, dialect)?;
         Ok(Self { config, filter_in, filter_out, caps, gate })
     }
@@ -85,9 +89,17 @@ fn gate_options(
         let allow_unsigned = allowed.collect::<Result<_, _>>()?;
         Ok(Verify { key: key(named)?, allow_unsigned, strip: options.strip })
     };
+    // Both were read as they must be.
+    let remap = SystemMap::new(&options.remap).filter(|_| !options.remap.is_empty()).map(Arc::new);
+    let needs_recipes = remap.is_some() || options.version == Some(1);
+    let recipes = needs_recipes.then(|| Arc::new(Recipes::new(dialect)));
     Ok(GateOptions {
         is_readonly: options.readonly,
         max_rate: options.max_rate,
+        remap,
+        version: options.version.map(|it| if it == 1 { Version::V1 } else { Version::V2 }),
+        passes_unconverted: !options.version_strict,
+        recipes,
         sign: options.sign.as_ref().map(sign).transpose()?,
         verify: options.verify.as_ref().map(verify).transpose()?,
     })

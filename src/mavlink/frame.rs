@@ -9,7 +9,7 @@ pub const STX_V2: u8 = 0xfd;
 /// The longest frame: MAVLink 2 with 255 bytes of payload and a signature (rule 3).
 pub const MAX_FRAME: usize = V2_HEADER + 255 + CRC + SIGNATURE;
 
-const V1_HEADER: usize = 6;
+pub(super) const V1_HEADER: usize = 6;
 pub(super) const V2_HEADER: usize = 10;
 pub(super) const CRC: usize = 2;
 /// Bytes behind the checksum of a signed frame (rule 54).

@@ -38,11 +38,16 @@ pub enum DropReason {
     TooManyStreams,
     /// MAVLink 1, which cannot be signed, on a link that is sent nothing unsigned.
     Unsignable,
+    /// It would have to be given other system ids, and its signature does not allow that; counts on
+    /// the link that it came from or would have gone to.
+    Signed,
+    /// It cannot be brought into the layout that is sent here (rule 61).
+    NotConverted,
 }
 
 impl DropReason {
     /// All of them, in the order of their declaration.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 18] = [
         Self::NoRoute,
         Self::SetupSigning,
         Self::Loop,
@@ -59,6 +64,8 @@ impl DropReason {
         Self::TooOld,
         Self::TooManyStreams,
         Self::Unsignable,
+        Self::Signed,
+        Self::NotConverted,
     ];
 
     /// Whether it is the outcome of a check of signatures.
@@ -86,6 +93,8 @@ impl DropReason {
             Self::TooOld => "too_old",
             Self::TooManyStreams => "too_many_streams",
             Self::Unsignable => "unsignable",
+            Self::Signed => "signed",
+            Self::NotConverted => "not_converted",
         }
     }
 }

@@ -1,7 +1,10 @@
 //! What stands between a link and the router where the user asks for it: who may send here at all,
-//! and how fast; signatures checked on the way in and made on the way out.
+//! and how fast; signatures checked on the way in and made on the way out; the one place where
+//! frames are given another layout or other system ids.
 //!
 //! A link without any of this has no gate, and costs nothing. What a gate refuses teaches nothing.
+
+use std::sync::Arc;
 
 use super::counters::DropReason;
 use super::group::Membership;
@@ -12,7 +15,9 @@ use super::queue::Precedence;
 use super::router::{Router, push_event};
 use super::signing::{HeardId, Signing, SigningClock};
 use super::time::Time;
-use crate::mavlink::{CheckedFrame, FrameBuffer, Key, MessageId, Refusal, Version};
+use crate::mavlink::{
+    CheckedFrame, FrameBuffer, Key, MessageId, Recipes, Refusal, SystemMap, Version,
+};
 
 /// What is asked of the frames of a link; the default asks nothing.
 #[derive(Clone, PartialEq, Eq, Default, Debug)]
@@ -25,6 +30,14 @@ pub struct GateOptions {
     pub verify: Option<Verify>,
     /// What leaves is signed.
     pub sign: Option<Sign>,
+    /// What comes and leaves has other system ids on the link than here.
+    pub remap: Option<Arc<SystemMap>>,
+    /// In which layout frames leave; `None`: as they are.
+    pub version: Option<Version>,
+    /// What cannot be brought into that layout is sent as it is.
+    pub passes_unconverted: bool,
+    /// What is known of messages; needed for the three above.
+    pub recipes: Option<Arc<Recipes>>,
 }
 
 /// How signatures are checked.
@@ -121,7 +134,7 @@ impl Gate {
         frame: &CheckedFrame<'a>,
         signing: &mut Signing,
         now: Time,
-        buffer: &'a mut FrameBuffer,
+        (stripped, remapped): (&'a mut FrameBuffer, &'a mut FrameBuffer),
     ) -> Result<CheckedFrame<'a>, DropReason> {
         if self.options.is_readonly {
             return Err(DropReason::ReadOnly);
@@ -129,6 +142,18 @@ impl Gate {
         if self.options.max_rate.is_some_and(|rate| !self.bucket.permit(rate, now)) {
             return Err(DropReason::MaxRate);
         }
+        let frame = self.believe(frame, signing, now, stripped)?;
+        self.remap(&frame, remapped)
+    }
+
+    /// A frame whose signature is right, if it must be.
+    fn believe<'a>(
+        &self,
+        frame: &CheckedFrame<'a>,
+        signing: &mut Signing,
+        now: Time,
+        buffer: &'a mut FrameBuffer,
+    ) -> Result<CheckedFrame<'a>, DropReason> {
         let (Some(verify), Some(heard)) = (&self.options.verify, self.heard) else {
             return Ok(*frame);
         };
@@ -142,20 +167,81 @@ impl Gate {
         }
     }
 
-    /// A frame that leaves, in the layout in which it does; `None` if there is none.
+    /// Why nothing at all is let in now, if so.
+    fn refusal(&self, now: Time) -> Option<DropReason> {
+        // The original is left as it is: nothing came.
+        let mut bucket = self.bucket;
+        if self.options.is_readonly {
+            return Some(DropReason::ReadOnly);
+        }
+        let is_flooded = self.options.max_rate.is_some_and(|rate| !bucket.permit(rate, now));
+        is_flooded.then_some(DropReason::MaxRate)
+    }
+
+    /// A frame with the system ids that it has on the other side; the way there and the way back are
+    /// the same.
+    fn remap<'a>(
+        &self,
+        frame: &CheckedFrame<'a>,
+        buffer: &'a mut FrameBuffer,
+    ) -> Result<CheckedFrame<'a>, DropReason> {
+        let Some(map) = self.options.remap.as_deref().filter(|map| map.concerns(frame)) else {
+            return Ok(*frame);
+        };
+        let target_at = self.options.recipes.as_deref().and_then(|it| it.target_at(frame));
+        buffer.remap(frame, map, target_at).ok_or(DropReason::Signed)
+    }
+
+    /// A frame in the layout in which it leaves.
+    fn convert<'a>(
+        &self,
+        frame: &CheckedFrame<'a>,
+        buffer: &'a mut FrameBuffer,
+    ) -> Result<CheckedFrame<'a>, DropReason> {
+        let converted = match self.options.version {
+            Some(wanted) if wanted != frame.header.version => match wanted {
+                Version::V2 => buffer.upgrade(frame),
+                Version::V1 => {
+                    let recipes = self.options.recipes.as_deref();
+                    let base_len = recipes.and_then(|recipes| recipes.base_len(frame));
+                    base_len.and_then(|base_len| buffer.downgrade(frame, base_len))
+                }
+            },
+            _ => return Ok(*frame),
+        };
+        let unconverted = self.options.passes_unconverted.then_some(*frame);
+        converted.or(unconverted).ok_or(DropReason::NotConverted)
+    }
+
+    /// A frame that leaves, in the layout in which it can be signed, if it is to be.
     fn shape<'a>(
         &self,
         frame: &CheckedFrame<'a>,
         buffer: &'a mut FrameBuffer,
-    ) -> Option<CheckedFrame<'a>> {
+    ) -> Result<CheckedFrame<'a>, DropReason> {
         match &self.options.sign {
             Some(sign) if frame.header.version == Version::V1 => match sign.v1 {
-                OldFrames::Pass => Some(*frame),
-                OldFrames::Upgrade => buffer.upgrade(frame),
-                OldFrames::Drop => None,
+                OldFrames::Pass => Ok(*frame),
+                OldFrames::Upgrade => buffer.upgrade(frame).ok_or(DropReason::Unsignable),
+                OldFrames::Drop => Err(DropReason::Unsignable),
             },
-            _ => Some(*frame),
+            _ => Ok(*frame),
         }
+    }
+
+    /// A frame as it leaves.
+    fn let_out<'a>(
+        &self,
+        frame: &CheckedFrame<'a>,
+        clock: &mut SigningClock,
+        now: Time,
+        buffers: &'a mut [FrameBuffer; 4],
+    ) -> Result<CheckedFrame<'a>, DropReason> {
+        let [remapped, converted, shaped, signed] = buffers;
+        let frame = self.remap(frame, remapped)?;
+        let frame = self.convert(&frame, converted)?;
+        let frame = self.shape(&frame, shaped)?;
+        Ok(self.sign(&frame, clock, now, signed))
     }
 
     /// The frame with a signature, if it gets one.
@@ -199,8 +285,8 @@ impl Router {
     ) -> bool {
         let Some(Some(port)) = self.ports.get_mut(link.index()) else { return false };
         let Some(gate) = &mut port.gate else { return false };
-        let mut buffer = FrameBuffer::default();
-        match gate.let_in(frame, &mut self.signing, now, &mut buffer) {
+        let (mut stripped, mut remapped) = <(FrameBuffer, FrameBuffer)>::default();
+        match gate.let_in(frame, &mut self.signing, now, (&mut stripped, &mut remapped)) {
             Ok(frame) => self.admit(link, &frame, now),
             Err(reason) => {
                 port.counters[reason] += 1;
@@ -244,6 +330,11 @@ impl Port {
         self.gate = Gate::new(gate, *membership, link, signing, now);
     }
 
+    /// Why the gate takes nothing at all now, if it does not.
+    pub(super) fn gate_refusal(&self, now: Time) -> Option<DropReason> {
+        self.gate.as_ref()?.refusal(now)
+    }
+
     /// Whether frames come and go through a gate.
     #[inline]
     pub(super) fn has_gate(&self) -> bool {
@@ -261,15 +352,15 @@ impl Port {
     ) {
         // Out of the port for the time being, so that both can be used.
         let Some(gate) = self.gate.take() else { return };
-        let (mut shaped, mut signed) = <(FrameBuffer, FrameBuffer)>::default();
-        if let Some(reason) = self.refusal(frame, precedence, now) {
-            self.counters[reason] += 1;
-        } else if let Some(frame) = gate.shape(frame, &mut shaped) {
-            // In the order of the queue, so that no stream goes back (rule 42).
-            let frame = gate.sign(&frame, clock, now, &mut signed);
-            self.queue(&frame, precedence, now);
-        } else {
-            self.counters[DropReason::Unsignable] += 1;
+        let mut buffers = <[FrameBuffer; 4]>::default();
+        // Signed in the order of the queue, so that no stream goes back (rule 42).
+        let frame = match self.refusal(frame, precedence, now) {
+            Some(reason) => Err(reason),
+            None => gate.let_out(frame, clock, now, &mut buffers),
+        };
+        match frame {
+            Ok(frame) => self.queue(&frame, precedence, now),
+            Err(reason) => self.counters[reason] += 1,
         }
         self.gate = Some(gate);
     }

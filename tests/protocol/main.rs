@@ -14,6 +14,7 @@ mod groups;
 mod loops;
 mod network;
 mod regressions;
+mod remade;
 mod routing;
 mod signing;
 mod streams;

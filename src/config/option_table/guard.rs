@@ -1,4 +1,4 @@
-//! Rows of the table of options: who may send here, and what is signed.
+//! Rows of the table of options: who may send here, what is signed, and what is made other.
 
 use super::row::flag;
 use super::{ANY, put};
@@ -24,6 +24,49 @@ pub(super) const GUARD: &[OptionSpec] = &[
         set: |to, text| put(&mut to.options.max_rate, value::number(text, 1..=1_000_000).map(Some)),
         show: |options| options.max_rate.as_ref().map(ToString::to_string),
     },
+    OptionSpec {
+        name: "remap",
+        value: "ID:ID[,ID:ID...]",
+        shape: Shape::List,
+        expects: "pairs of system ids of 1 to 255 with commas between, no id twice",
+        help: "system ids that change places on the way: behind 1:7, system 1 is known here as 7",
+        default: None,
+        applies_to: ANY,
+        needs: None,
+        on_change: InPlace,
+        set: |to, text| put(&mut to.options.remap, value::system_pairs(text)),
+        show: |options| value::show_system_pairs(&options.remap),
+    },
+    OptionSpec {
+        name: "version",
+        value: "1|2",
+        shape: Shape::Number,
+        expects: "1 or 2",
+        help: "send in this version of MAVLink, as far as that can be",
+        default: None,
+        applies_to: ANY,
+        needs: None,
+        on_change: InPlace,
+        set: |to, text| put(&mut to.options.version, value::number(text, 1..=2).map(Some)),
+        show: |options| options.version.as_ref().map(ToString::to_string),
+    },
+    OptionSpec {
+        needs: Some("version"),
+        ..flag!(
+            "version_strict",
+            "true",
+            "do not send what cannot be had in that version",
+            ANY,
+            version_strict
+        )
+    },
+    flag!(
+        "heartbeats",
+        "true",
+        "send HEARTBEAT; false is for links that are slow and dear",
+        ANY,
+        heartbeats
+    ),
     OptionSpec {
         name: "sign",
         value: "KEY",

@@ -162,6 +162,10 @@ const VALUES: &[(&str, &[&str])] = &[
     ("dedup", &["100", "200"]),
     ("readonly", &["true", "false"]),
     ("max_rate", &["1", "1000"]),
+    ("remap", &["1:7", "2:8,3:9"]),
+    ("version", &["1", "2"]),
+    ("version_strict", &["true", "false"]),
+    ("heartbeats", &["true", "false"]),
     ("sign", &["a", "b"]),
     ("v1", &["upgrade", "drop"]),
     ("verify", &["a", "b"]),
@@ -282,7 +286,10 @@ fn every_option_that_claims_it_changes_under_the_link() {
         } else {
             continue;
         };
-        let more = spec.needs.map(|needed| format!("&{needed}=g")).unwrap_or_default();
+        let more = spec
+            .needs
+            .map(|needed| format!("&{needed}={}", if needed == "version" { "1" } else { "g" }))
+            .unwrap_or_default();
         let with =
             |value: &str| config(&[format!("{address}?{name}={value}{more}")], &General::default());
         let host = desk();
