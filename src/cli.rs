@@ -6,6 +6,7 @@ mod record;
 mod routerd;
 mod watch;
 
+use std::net::SocketAddr;
 use std::path::{self, Path, PathBuf};
 use std::time::Duration;
 
@@ -88,6 +89,8 @@ pub enum Command {
     /// Add, change, remove, enable or disable an endpoint of a running mavswitch
     #[command(subcommand)]
     Endpoint(EndpointCommand),
+    /// Watch what is going on in a running mavswitch, live on the terminal
+    Top(AskArgs),
     /// Have a running mavswitch log more or less
     LogLevel(LogLevelArgs),
     /// Print the effective configuration, of files and command line together, as a file
@@ -144,6 +147,13 @@ pub struct RouteArgs {
     /// Know the messages of this XML definition file too; may be repeated
     #[arg(long, value_name = "FILE.xml")]
     pub dialect: Vec<PathBuf>,
+
+    /// Serve metrics for Prometheus, and a status page, by HTTP at this address and port
+    ///
+    /// http://127.0.0.1:9550/ is the page, /metrics the metrics, /status.json the same as JSON.
+    /// Whoever can reach the port can read them; nothing can be changed there.
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    pub metrics: Option<SocketAddr>,
 
     /// A signing key that endpoints may name, and the file that it is in; may be repeated
     #[arg(long, value_name = "NAME=FILE", value_parser = key)]
@@ -233,6 +243,7 @@ impl RouteArgs {
         if !self.dialect.is_empty() {
             config.general.dialect.clone_from(&self.dialect);
         }
+        config.general.metrics = self.metrics.or(config.general.metrics);
         let keys = &mut config.general.keys;
         keys.retain(|known| self.key.iter().all(|key| key.name != known.name));
         keys.extend(self.key.iter().cloned());

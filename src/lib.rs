@@ -13,6 +13,7 @@
 //! - [`record`]: telemetry logs: what is recorded, and what can be done with it.
 //! - [`check`]: what can be said of a configuration before it is used.
 //! - [`daemon`]: the poll loop that joins it all.
+//! - [`top`]: a live view of it, for a terminal.
 
 pub mod check;
 pub mod cli;
@@ -25,3 +26,4 @@ pub mod mavlink;
 pub mod record;
 pub mod routing;
 pub mod status;
+pub mod top;

@@ -25,6 +25,7 @@ use mavswitch::config::{
 use mavswitch::daemon::{DaemonConfig, Host, run};
 use mavswitch::link::list_ports;
 use mavswitch::mavlink::Dialect;
+use mavswitch::top::top;
 use signal_hook::consts::SIGINT;
 
 use crate::log::{Level, Log};
@@ -49,6 +50,7 @@ fn main() -> ExitCode {
         Some(Command::Listen(args)) => listen(args),
         Some(Command::Endpoint(command)) => answered(command.run()),
         Some(Command::LogLevel(args)) => answered(args.run()),
+        Some(Command::Top(ask)) => top(ask.control.as_deref()).map_err(Into::into),
         Some(Command::Config(_)) => print_config(&cli),
         Some(Command::Completions { shell }) => print_completions(*shell),
         None => return start(Called::Mavswitch(Box::new(cli))),

@@ -8,12 +8,14 @@ use mavswitch::cli::Cli;
 use mavswitch::config::{
     AddressKind, EndpointConfig, GENERAL, MAX_ENDPOINTS, OPTIONS, OnChange, OptionSpec,
 };
+use mavswitch::daemon::MAX_HTTP_CLIENTS;
 use mavswitch::link::{BATCH, Backoff};
 use mavswitch::mavlink::{MAX_DEFINITIONS, MAX_FRAME, MAX_MESSAGES, Splitter};
 use mavswitch::routing::{
     Capacity, HELD_BACK, LOOP_WINDOW, LinkOptions, MAX_COMPONENTS, MAX_LINKS, QueueLimits,
     REMEMBERED, RING_WINDOW, RouterOptions,
 };
+use mavswitch::status::MAX_COMPONENT_SERIES;
 
 const README: &str = include_str!("../README.md");
 
@@ -146,6 +148,8 @@ fn the_bounds_are_those_of_the_program() {
     assert_eq!(bounds("silence of a route"), [seconds(age)]);
     assert_eq!(bounds("loop window"), [seconds(LOOP_WINDOW)]);
     assert_eq!(bounds("frames remembered"), [REMEMBERED, seconds(RING_WINDOW), seconds(HELD_BACK)]);
+    assert_eq!(bounds("requests by HTTP")[0], MAX_HTTP_CLIENTS);
+    assert_eq!(bounds("components with series"), [MAX_COMPONENT_SERIES]);
     assert_eq!(bounds("length of a frame"), [MAX_FRAME]);
     assert_eq!(bounds("unfinished frame"), [Splitter::CARRY]);
     assert_eq!(bounds("reading from one link")[2], BATCH);

@@ -52,6 +52,9 @@ _mavswitch() {
             mavswitch,status)
                 cmd="mavswitch__subcmd__status"
                 ;;
+            mavswitch,top)
+                cmd="mavswitch__subcmd__top"
+                ;;
             mavswitch,why)
                 cmd="mavswitch__subcmd__why"
                 ;;
@@ -127,6 +130,9 @@ _mavswitch() {
             mavswitch__subcmd__help,status)
                 cmd="mavswitch__subcmd__help__subcmd__status"
                 ;;
+            mavswitch__subcmd__help,top)
+                cmd="mavswitch__subcmd__help__subcmd__top"
+                ;;
             mavswitch__subcmd__help,why)
                 cmd="mavswitch__subcmd__help__subcmd__why"
                 ;;
@@ -194,7 +200,7 @@ _mavswitch() {
 
     case "${cmd}" in
         mavswitch)
-            opts="-c -v -q -h -V --config --learn --strict --route-age --sniffer --dialect --key --control --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help --version dialect ports completions check import log status why listen endpoint log-level config help"
+            opts="-c -v -q -h -V --config --learn --strict --route-age --sniffer --dialect --metrics --key --control --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help --version dialect ports completions check import log status why listen endpoint top log-level config help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 1 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -225,6 +231,10 @@ _mavswitch() {
                     return 0
                     ;;
                 --dialect)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --metrics)
                     COMPREPLY=($(compgen -f "${cur}"))
                     return 0
                     ;;
@@ -320,7 +330,7 @@ _mavswitch() {
             return 0
             ;;
         mavswitch__subcmd__config)
-            opts="-c -v -q -h --config --learn --strict --route-age --sniffer --dialect --key --control --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help"
+            opts="-c -v -q -h --config --learn --strict --route-age --sniffer --dialect --metrics --key --control --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -351,6 +361,10 @@ _mavswitch() {
                     return 0
                     ;;
                 --dialect)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --metrics)
                     COMPREPLY=($(compgen -f "${cur}"))
                     return 0
                     ;;
@@ -654,7 +668,7 @@ _mavswitch() {
             return 0
             ;;
         mavswitch__subcmd__help)
-            opts="dialect ports completions check import log status why listen endpoint log-level config help"
+            opts="dialect ports completions check import log status why listen endpoint top log-level config help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -948,6 +962,20 @@ _mavswitch() {
             return 0
             ;;
         mavswitch__subcmd__help__subcmd__status)
+            opts=""
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
+        mavswitch__subcmd__help__subcmd__top)
             opts=""
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
@@ -1307,6 +1335,28 @@ _mavswitch() {
             ;;
         mavswitch__subcmd__status)
             opts="-v -q -h --json --control --verbose --quiet --log-format --help"
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                --control)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --log-format)
+                    COMPREPLY=($(compgen -W "auto text json journal plain" -- "${cur}"))
+                    return 0
+                    ;;
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
+        mavswitch__subcmd__top)
+            opts="-v -q -h --control --verbose --quiet --log-format --help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0

@@ -1,6 +1,6 @@
 # Print an optspec for argparse to handle cmd's options that are independent of any subcommand.
 function __fish_mavswitch_global_optspecs
-    string join \n c/config= learn= strict= route-age= sniffer= dialect= key= control= record= record-telemetry= record-when= record-max-size= record-max-time= record-min-free= record-max-files= flight-log= flight-log-system= v/verbose q/quiet log-format= h/help V/version
+    string join \n c/config= learn= strict= route-age= sniffer= dialect= metrics= key= control= record= record-telemetry= record-when= record-max-size= record-max-time= record-min-free= record-max-files= flight-log= flight-log-system= v/verbose q/quiet log-format= h/help V/version
 end
 
 function __fish_mavswitch_needs_command
@@ -32,6 +32,7 @@ false\t''"
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l route-age -d 'Forget a route that was silent for so many seconds; 0: never [default: 300]' -r
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l sniffer -d 'Send everything to the links on which this system id is heard, whoever it is for' -r
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l dialect -d 'Know the messages of this XML definition file too; may be repeated' -r -F
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -l metrics -d 'Serve metrics for Prometheus, and a status page, by HTTP at this address and port' -r
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l key -d 'A signing key that endpoints may name, and the file that it is in; may be repeated' -r
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l control -d 'Where to have the control socket, by which `mavswitch status` and others ask; off: nowhere' -r
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l record -d 'Record all traffic to this directory, as telemetry logs (.tlog)' -r -F
@@ -67,6 +68,7 @@ complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "status" -d 'Tell w
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "why" -d 'Explain why a frame goes where it goes; without arguments, tell what looks wrong'
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "listen" -d 'Print frames as they pass through a running mavswitch, with their fields'
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "endpoint" -d 'Add, change, remove, enable or disable an endpoint of a running mavswitch'
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "top" -d 'Watch what is going on in a running mavswitch, live on the terminal'
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "log-level" -d 'Have a running mavswitch log more or less'
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "config" -d 'Print the effective configuration, of files and command line together, as a file'
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -a "help" -d 'Print this message or the help of the given subcommand(s)'
@@ -270,6 +272,15 @@ complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from help" -f -a "enable" -d 'Open an endpoint that was switched off'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from help" -f -a "disable" -d 'Close an endpoint until it is switched on again'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand endpoint; and __fish_seen_subcommand_from help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand top" -l control -d 'The control socket of the daemon; without it, it is looked for where daemons have it' -r -F
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand top" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
+text\t'One line of text for each event, with the time'
+json\t'One JSON object for each event'
+journal\t'Lines with priorities and without the time, for the journal of systemd'
+plain\t'One line of text without the time, for another log that adds its own'"
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand top" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand top" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand top" -s h -l help -d 'Print help (see more with \'--help\')'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand log-level" -l control -d 'The control socket of the daemon; without it, it is looked for where daemons have it' -r -F
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand log-level" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
 text\t'One line of text for each event, with the time'
@@ -287,6 +298,7 @@ false\t''"
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l route-age -d 'Forget a route that was silent for so many seconds; 0: never [default: 300]' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l sniffer -d 'Send everything to the links on which this system id is heard, whoever it is for' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l dialect -d 'Know the messages of this XML definition file too; may be repeated' -r -F
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l metrics -d 'Serve metrics for Prometheus, and a status page, by HTTP at this address and port' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l key -d 'A signing key that endpoints may name, and the file that it is in; may be repeated' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l control -d 'Where to have the control socket, by which `mavswitch status` and others ask; off: nowhere' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l record -d 'Record all traffic to this directory, as telemetry logs (.tlog)' -r -F
@@ -311,19 +323,20 @@ plain\t'One line of text without the time, for another log that adds its own'"
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -s h -l help -d 'Print help (see more with \'--help\')'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint log-level config help" -f -a "dialect" -d 'Print the messages that a definition file declares, as rows of the built-in table'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint log-level config help" -f -a "ports" -d 'List the serial ports of this computer: what each one is, and whether you may open it'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint log-level config help" -f -a "completions" -d 'Print what a shell needs to complete command lines, for its directory of completions'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint log-level config help" -f -a "check" -d 'Check a configuration file, and tell what it means and what is missing; opens no endpoint'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint log-level config help" -f -a "import" -d 'Print what a configuration of mavlink-router means, as a file of mavswitch'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint log-level config help" -f -a "log" -d 'Work on telemetry logs: info, cut, merge, filter'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint log-level config help" -f -a "status" -d 'Tell what is going on in a running mavswitch: endpoints, links, components, messages'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint log-level config help" -f -a "why" -d 'Explain why a frame goes where it goes; without arguments, tell what looks wrong'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint log-level config help" -f -a "listen" -d 'Print frames as they pass through a running mavswitch, with their fields'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint log-level config help" -f -a "endpoint" -d 'Add, change, remove, enable or disable an endpoint of a running mavswitch'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint log-level config help" -f -a "log-level" -d 'Have a running mavswitch log more or less'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint log-level config help" -f -a "config" -d 'Print the effective configuration, of files and command line together, as a file'
-complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint log-level config help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint top log-level config help" -f -a "dialect" -d 'Print the messages that a definition file declares, as rows of the built-in table'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint top log-level config help" -f -a "ports" -d 'List the serial ports of this computer: what each one is, and whether you may open it'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint top log-level config help" -f -a "completions" -d 'Print what a shell needs to complete command lines, for its directory of completions'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint top log-level config help" -f -a "check" -d 'Check a configuration file, and tell what it means and what is missing; opens no endpoint'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint top log-level config help" -f -a "import" -d 'Print what a configuration of mavlink-router means, as a file of mavswitch'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint top log-level config help" -f -a "log" -d 'Work on telemetry logs: info, cut, merge, filter'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint top log-level config help" -f -a "status" -d 'Tell what is going on in a running mavswitch: endpoints, links, components, messages'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint top log-level config help" -f -a "why" -d 'Explain why a frame goes where it goes; without arguments, tell what looks wrong'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint top log-level config help" -f -a "listen" -d 'Print frames as they pass through a running mavswitch, with their fields'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint top log-level config help" -f -a "endpoint" -d 'Add, change, remove, enable or disable an endpoint of a running mavswitch'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint top log-level config help" -f -a "top" -d 'Watch what is going on in a running mavswitch, live on the terminal'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint top log-level config help" -f -a "log-level" -d 'Have a running mavswitch log more or less'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint top log-level config help" -f -a "config" -d 'Print the effective configuration, of files and command line together, as a file'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and not __fish_seen_subcommand_from dialect ports completions check import log status why listen endpoint top log-level config help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and __fish_seen_subcommand_from log" -f -a "info" -d 'Tell what is in a log: duration, components, messages and their rates, pauses, loss'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and __fish_seen_subcommand_from log" -f -a "cut" -d 'Make a log of a part of one'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand help; and __fish_seen_subcommand_from log" -f -a "merge" -d 'Make one log of several, in the order of their times'

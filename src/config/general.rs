@@ -1,5 +1,6 @@
 //! What is configured for the program as a whole, and the table of the keys that say it.
 
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -25,6 +26,8 @@ pub struct General {
     pub log_format: LogFormat,
     /// What to log.
     pub log_level: LogLevel,
+    /// Where metrics and the status page are served; nowhere if there is none.
+    pub metrics: Option<SocketAddr>,
     /// Where the control socket is.
     pub control: ControlPlace,
     /// What to record.
@@ -174,6 +177,18 @@ pub const GENERAL: &[GeneralSpec] = &[
         is_reloaded: true,
         set: |to, words| put(&mut to.log_level, words.first().and_then(|word| choice(word))),
         show: |general| show_choice(&general.log_level),
+    },
+    GeneralSpec {
+        name: "metrics",
+        shape: Shape::Text,
+        expects: "an IP address and a port, as 127.0.0.1:9550",
+        help: "serve metrics for Prometheus and a status page by HTTP at this address and port",
+        default: None,
+        is_reloaded: true,
+        set: |to, words| {
+            put(&mut to.metrics, words.first().and_then(|word| word.parse().ok()).map(Some))
+        },
+        show: |general| general.metrics.iter().map(ToString::to_string).collect(),
     },
     GeneralSpec {
         name: "control",

@@ -19,6 +19,7 @@ impl Daemon {
                 Timer::Local(link) => self.handle_local_deadline(link),
                 Timer::Log(index) => self.say_last_word(index),
                 Timer::Control => self.control.handle_timeout(),
+                Timer::Http => self.http.handle_timeout(),
                 Timer::Notify => self.feed_watchdog(),
                 Timer::Router => {
                     self.router_deadline = None;

@@ -6,13 +6,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use mio::event::Event;
-use mio::{Events, Poll, Registry, Token, Waker};
+use mio::{Events, Poll, Registry, Waker};
 use tracing::info;
 
 use super::control::Control;
 use super::endpoint::State;
 use super::endpoint_table::EndpointId;
 use super::error::StartError;
+use super::http::Http;
 use super::links::Output;
 use super::log_limit::LogLimit;
 use super::notify::Notifier;
@@ -21,6 +22,7 @@ use super::settings::settle;
 use super::signals::Signals;
 use super::signing_time::SigningTime;
 use super::timers::Timers;
+pub(super) use super::token::Meaning;
 use super::transmit::{Io, tell_of_room};
 use crate::config::{EndpointConfig, General};
 use crate::link::{Inbox, Opener, Resolver};
@@ -47,6 +49,7 @@ pub(super) struct Daemon {
     pub(super) opener: Opener<EndpointId>,
     pub(super) reloader: Reloader,
     pub(super) control: Control,
+    pub(super) http: Http,
     /// What is configured now, and what was at the start: some of it cannot change.
     pub(super) general: General,
     pub(super) started_with: General,
@@ -95,52 +98,11 @@ pub(super) enum Ready {
     Endpoint(EndpointId),
 }
 
-/// What a token of the poll means.
-pub(super) enum Meaning {
-    Signal,
-    Wake,
-    /// Whoever has this place in the table.
-    Endpoint(u16),
-    Link(LinkId),
-    /// The control socket, 0, or one of its clients.
-    Control(u8),
-}
-
-const SIGNAL: Token = Token(0);
-const WAKE: Token = Token(1);
-
-/// The first token behind those of endpoints and links.
-const CONTROL: usize = 1 << 20;
-
 /// How long queues may take to drain at the end.
 const LINGER: Duration = Duration::from_millis(500);
 
 /// How many events one poll brings at most; the others come with the next.
 const EVENTS: usize = 256;
-
-impl Meaning {
-    pub(super) fn token(&self) -> Token {
-        match self {
-            Self::Signal => SIGNAL,
-            Self::Wake => WAKE,
-            Self::Endpoint(slot) => Token(2 + usize::from(*slot) * 2),
-            Self::Link(link) => Token(3 + link.index() * 2),
-            Self::Control(number) => Token(CONTROL + usize::from(*number)),
-        }
-    }
-
-    fn of(token: Token) -> Option<Self> {
-        Some(match token {
-            SIGNAL => Self::Signal,
-            WAKE => Self::Wake,
-            Token(number) if number >= CONTROL => {
-                Self::Control(u8::try_from(number - CONTROL).ok()?)
-            }
-            Token(number) if number % 2 == 0 => Self::Endpoint(u16::try_from(number / 2 - 1).ok()?),
-            Token(number) => Self::Link(LinkId::new((number - 3) / 2)?),
-        })
-    }
-}
 
 /// Opens all endpoints, and moves frames between them until SIGINT or SIGTERM comes, or the terminal
 /// is closed. SIGHUP makes it ask `host` for a new configuration.
@@ -151,10 +113,12 @@ impl Meaning {
 /// the system refuses what the loop itself needs.
 pub fn run(config: DaemonConfig, host: Arc<dyn Host>) -> Result<(), StartError> {
     let poll = Poll::new().map_err(StartError::System)?;
-    let signals = Signals::register(poll.registry(), SIGNAL).map_err(StartError::System)?;
+    let signals =
+        Signals::register(poll.registry(), Meaning::Signal.token()).map_err(StartError::System)?;
     let mut daemon = Daemon::new(config, host, poll, signals)?;
     daemon.open_all()?;
     daemon.open_control();
+    daemon.open_http();
     daemon.start_recorder();
     info!("ready");
     daemon.tell_ready();
@@ -189,7 +153,9 @@ impl Daemon {
         poll: Poll,
         signals: Signals,
     ) -> Result<Self, StartError> {
-        let waker = Arc::new(Waker::new(poll.registry(), WAKE).map_err(StartError::System)?);
+        let waker = Arc::new(
+            Waker::new(poll.registry(), Meaning::Wake.token()).map_err(StartError::System)?,
+        );
         let registry = poll.registry().try_clone().map_err(StartError::System)?;
         let now = Time::ZERO;
         Ok(Self {
@@ -199,6 +165,7 @@ impl Daemon {
             opener: Opener::new(Arc::clone(&waker)),
             reloader: Reloader::new(host, waker),
             control: Control::closed(),
+            http: Http::closed(),
             start: Instant::now(),
             now,
             router: Router::new(general.router),
@@ -241,7 +208,7 @@ impl Daemon {
         let mut stopping = false;
         while !stopping {
             // What has changed is to be sent and told in a turn that does not wait.
-            let has_changed = self.take_over() | self.serve_control();
+            let has_changed = self.take_over() | self.serve_control() | self.serve_http();
             let timeout = if has_changed { Some(Duration::ZERO) } else { self.timeout() };
             stopping = self.turn(&mut events, timeout)?;
         }
@@ -331,6 +298,7 @@ impl Daemon {
             }
             Some(Meaning::Link(link)) => self.handle_link_event(link, event),
             Some(Meaning::Control(number)) => self.control.handle_event(number, event),
+            Some(Meaning::Http(number)) => self.http.handle_event(number, event),
             None => {}
         }
         false

@@ -232,6 +232,7 @@ impl Daemon {
         self.router.set_options(general.router, self.now);
         let before = std::mem::replace(&mut self.general, general);
         self.change_recorder(&before.record);
+        self.open_http();
     }
 }
 

@@ -25,6 +25,8 @@ pub(super) enum Timer {
     Notify,
     /// Look after the clients of the control socket.
     Control,
+    /// See to the connections that ask for metrics, or listen for them again.
+    Http,
     /// Write the line of an endpoint that had to wait.
     Log(EndpointId),
     /// [`crate::routing::Router::handle_timeout`].

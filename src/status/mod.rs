@@ -4,11 +4,15 @@
 //! from it here. Nothing in this room reads a clock, a socket or the router.
 
 mod diagnosis;
+mod page;
+mod prometheus;
 mod snapshot;
 mod why;
 mod why_text;
 
 pub use diagnosis::{Finding, diagnose};
+pub use page::PAGE;
+pub use prometheus::{MAX_COMPONENT_SERIES, Metrics, MetricsFormat};
 pub use snapshot::{
     ArmedState, ComponentStatus, Counters, EndpointState, EndpointStatus, FORMAT, HeardStatus,
     LinkStatus, MessageStatus, Program, QueueStatus, Snapshot, Vehicle,
