@@ -18,7 +18,7 @@ use crate::config::{
 };
 use crate::routing::Learn;
 
-pub use ask::{AskArgs, AskError, EndpointCommand, LogLevelArgs, StatusArgs};
+pub use ask::{AskArgs, AskError, EndpointCommand, LogLevelArgs, RecordCommand, StatusArgs};
 pub use log::{LogCommand, LogError};
 pub use record::RecordArgs;
 pub use routerd::{NOTHING_FOR_ROUTERD, ROUTERD, RouterdCli};
@@ -88,6 +88,9 @@ pub enum Command {
     /// Add, change, remove, enable or disable an endpoint of a running mavswitch
     #[command(subcommand)]
     Endpoint(EndpointCommand),
+    /// Have a running mavswitch start or stop to record telemetry
+    #[command(subcommand)]
+    Record(RecordCommand),
     /// Have a running mavswitch log more or less
     LogLevel(LogLevelArgs),
     /// Print the effective configuration, of files and command line together, as a file

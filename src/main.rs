@@ -48,6 +48,7 @@ fn main() -> ExitCode {
         Some(Command::Why(args)) => answered(args.run()),
         Some(Command::Listen(args)) => listen(args),
         Some(Command::Endpoint(command)) => answered(command.run()),
+        Some(Command::Record(command)) => answered(command.run()),
         Some(Command::LogLevel(args)) => answered(args.run()),
         Some(Command::Config(_)) => print_config(&cli),
         Some(Command::Completions { shell }) => print_completions(*shell),

@@ -29,6 +29,7 @@ impl Daemon {
             endpoints: endpoints.collect(),
             components,
             messages: Vec::new(),
+            record: self.record_status(),
         }
     }
 

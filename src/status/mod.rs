@@ -4,11 +4,13 @@
 //! from it here. Nothing in this room reads a clock, a socket or the router.
 
 mod diagnosis;
+mod record;
 mod snapshot;
 mod why;
 mod why_text;
 
 pub use diagnosis::{Finding, diagnose};
+pub use record::{RecordState, RecordStatus};
 pub use snapshot::{
     ArmedState, ComponentStatus, Counters, EndpointState, EndpointStatus, FORMAT, HeardStatus,
     LinkStatus, MessageStatus, Program, QueueStatus, Snapshot, Vehicle,
