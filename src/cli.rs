@@ -13,8 +13,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
 use crate::config::{
-    self, CONFIG_DIR, Config, ConfigError, ControlPlace, EndpointConfig, General, LogFormat,
-    LogLevel, default_files, load_config,
+    self, CONFIG_DIR, Config, ConfigError, ControlPlace, EndpointConfig, General, KeyFile,
+    LogFormat, LogLevel, default_files, load_config,
 };
 use crate::routing::Learn;
 
@@ -148,6 +148,10 @@ pub struct RouteArgs {
     #[arg(long, value_name = "FILE.xml")]
     pub dialect: Vec<PathBuf>,
 
+    /// A signing key that endpoints may name, and the file that it is in; may be repeated
+    #[arg(long, value_name = "NAME=FILE", value_parser = key)]
+    pub key: Vec<KeyFile>,
+
     /// Where to have the control socket, by which `mavswitch status` and others ask; off: nowhere
     ///
     /// Without it, it is in the directory that the service manager made, or else in
@@ -232,6 +236,9 @@ impl RouteArgs {
         if !self.dialect.is_empty() {
             config.general.dialect.clone_from(&self.dialect);
         }
+        let keys = &mut config.general.keys;
+        keys.retain(|known| self.key.iter().all(|key| key.name != known.name));
+        keys.extend(self.key.iter().cloned());
         if let Some(place) = &self.control {
             config.general.control = place.clone();
         }
@@ -255,6 +262,10 @@ impl LogArgs {
 
 fn seconds(text: &str) -> Result<Duration, String> {
     config::seconds(text).ok_or_else(|| "write a number of seconds from 0 on, as 300".to_owned())
+}
+
+fn key(text: &str) -> Result<KeyFile, String> {
+    config::key_file(text).ok_or_else(|| "write a name and a file, as radio=radio.key".to_owned())
 }
 
 fn control_place(text: &str) -> Result<ControlPlace, String> {

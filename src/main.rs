@@ -20,7 +20,7 @@ use mavswitch::cli::{
 };
 use mavswitch::config::{
     CONFIG_DIR, Config, ConfigError, LogLevel, ROUTERD_DIR, RouterdArguments, RouterdFiles,
-    import_routerd, load_config, load_dialect, write_rows,
+    import_routerd, load_config, load_dialect, load_keys, write_rows,
 };
 use mavswitch::daemon::{DaemonConfig, Host, run};
 use mavswitch::link::list_ports;
@@ -155,7 +155,15 @@ fn for_daemon(config: Config) -> Result<DaemonConfig, Box<dyn Error>> {
     for file in &config.general.dialect {
         dialect.add(load_dialect(file)?)?;
     }
-    let endpoints = config.endpoints.into_iter().map(|endpoint| endpoint.config).collect();
+    let mut endpoints = Vec::new();
+    for mut endpoint in config.endpoints {
+        if let Err(errors) = load_keys(&mut endpoint.config, &config.general.keys) {
+            let lines =
+                errors.iter().map(|(_, error)| format!("{}: {error}", endpoint.config.name()));
+            return Err(lines.collect::<Vec<_>>().join("\n").into());
+        }
+        endpoints.push(endpoint.config);
+    }
     Ok(DaemonConfig { general: config.general, endpoints, dialect })
 }
 
@@ -215,6 +223,9 @@ fn print_config(cli: &Cli) -> Result<(), Box<dyn Error>> {
     for file in general.dialect.iter_mut().chain(&mut general.record.dir) {
         // In a file, names are relative to the file.
         *file = path::absolute(&*file)?;
+    }
+    for key in &mut config.general.keys {
+        key.path = path::absolute(&key.path)?;
     }
     print(config.to_string().as_bytes())
 }

@@ -224,7 +224,7 @@ _mavswitch() {
 
     case "${cmd}" in
         mavswitch)
-            opts="-c -v -q -h -V --config --learn --strict --route-age --sniffer --dialect --control --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help --version dialect ports completions check import log status why listen endpoint record log-level config help"
+            opts="-c -v -q -h -V --config --learn --strict --route-age --sniffer --dialect --key --control --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help --version dialect ports completions check import log status why listen endpoint record log-level config help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 1 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -255,6 +255,10 @@ _mavswitch() {
                     return 0
                     ;;
                 --dialect)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --key)
                     COMPREPLY=($(compgen -f "${cur}"))
                     return 0
                     ;;
@@ -346,7 +350,7 @@ _mavswitch() {
             return 0
             ;;
         mavswitch__subcmd__config)
-            opts="-c -v -q -h --config --learn --strict --route-age --sniffer --dialect --control --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help"
+            opts="-c -v -q -h --config --learn --strict --route-age --sniffer --dialect --key --control --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -377,6 +381,10 @@ _mavswitch() {
                     return 0
                     ;;
                 --dialect)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --key)
                     COMPREPLY=($(compgen -f "${cur}"))
                     return 0
                     ;;

@@ -1,6 +1,6 @@
 # Print an optspec for argparse to handle cmd's options that are independent of any subcommand.
 function __fish_mavswitch_global_optspecs
-    string join \n c/config= learn= strict= route-age= sniffer= dialect= control= record= record-telemetry= record-when= record-max-size= record-max-time= record-min-free= record-max-files= flight-log= flight-log-system= v/verbose q/quiet log-format= h/help V/version
+    string join \n c/config= learn= strict= route-age= sniffer= dialect= key= control= record= record-telemetry= record-when= record-max-size= record-max-time= record-min-free= record-max-files= flight-log= flight-log-system= v/verbose q/quiet log-format= h/help V/version
 end
 
 function __fish_mavswitch_needs_command
@@ -32,6 +32,7 @@ false\t''"
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l route-age -d 'Forget a route that was silent for so many seconds; 0: never [default: 300]' -r
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l sniffer -d 'Send everything to the links on which this system id is heard, whoever it is for' -r
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l dialect -d 'Know the messages of this XML definition file too; may be repeated' -r -F
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -l key -d 'A signing key that endpoints may name, and the file that it is in; may be repeated' -r
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l control -d 'Where to have the control socket, by which `mavswitch status` and others ask; off: nowhere' -r
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l record -d 'Record all traffic to this directory, as telemetry logs (.tlog)' -r -F
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l record-telemetry -d 'Record all traffic, if there is a directory for it [default: true]' -r -f -a "true\t''
@@ -319,6 +320,7 @@ false\t''"
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l route-age -d 'Forget a route that was silent for so many seconds; 0: never [default: 300]' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l sniffer -d 'Send everything to the links on which this system id is heard, whoever it is for' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l dialect -d 'Know the messages of this XML definition file too; may be repeated' -r -F
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l key -d 'A signing key that endpoints may name, and the file that it is in; may be repeated' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l control -d 'Where to have the control socket, by which `mavswitch status` and others ask; off: nowhere' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l record -d 'Record all traffic to this directory, as telemetry logs (.tlog)' -r -F
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l record-telemetry -d 'Record all traffic, if there is a directory for it [default: true]' -r -f -a "true\t''

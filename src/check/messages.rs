@@ -31,6 +31,7 @@ fn unknown(endpoint: &Endpoint, dialect: &Dialect) -> Vec<Finding> {
     let rates: Vec<MessageRef> = options.rate.iter().map(|(message, _)| message.clone()).collect();
     let lists = [
         ("rate", &rates),
+        ("allow_unsigned", &options.allow_unsigned),
         ("allow_messages_in", &options.filter_in.allow_messages),
         ("block_messages_in", &options.filter_in.block_messages),
         ("allow_messages_out", &options.filter_out.allow_messages),

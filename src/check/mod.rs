@@ -6,6 +6,7 @@
 
 mod effects;
 mod explain;
+mod keys;
 mod messages;
 mod overlaps;
 mod surroundings;
@@ -59,6 +60,7 @@ impl fmt::Display for Finding {
 /// Everything there is to say, in the order of the files.
 pub fn check(config: &Config) -> Vec<Finding> {
     let mut findings = messages::check(config);
+    findings.extend(keys::check(config));
     findings.extend(overlaps::check(&config.endpoints));
     findings.extend(effects::check(&config.endpoints));
     findings.extend(config.endpoints.iter().flat_map(surroundings::check));
@@ -69,6 +71,7 @@ pub fn check(config: &Config) -> Vec<Finding> {
 /// What keeps the program from using a configuration; looks at no device and asks for no names.
 pub fn wrong(config: &Config) -> Vec<Finding> {
     let mut findings = messages::check(config);
+    findings.extend(keys::check(config));
     findings.retain(|finding| finding.is_wrong);
     findings.sort_by(|a, b| a.place.cmp(&b.place));
     findings

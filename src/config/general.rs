@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::ValueEnum;
 
 use super::control_place::ControlPlace;
+use super::key_files::KeyFile;
 use super::record::{self, RecordOptions};
 use super::shape::Shape;
 use super::value::{self, FOREVER};
@@ -18,6 +19,8 @@ pub struct General {
     pub router: RouterOptions,
     /// Definition files to know the messages of.
     pub dialect: Vec<PathBuf>,
+    /// The signing keys that endpoints may use; no two have the same name.
+    pub keys: Vec<KeyFile>,
     /// How log lines look.
     pub log_format: LogFormat,
     /// What to log.
@@ -143,6 +146,16 @@ pub const GENERAL: &[GeneralSpec] = &[
         show: |general| general.dialect.iter().map(|it| it.display().to_string()).collect(),
     },
     GeneralSpec {
+        name: "keys",
+        shape: Shape::Files,
+        expects: "a table of file names, each key with a name of its own",
+        help: "the signing keys that endpoints may name, each in a file; relative to this file",
+        default: None,
+        is_reloaded: true,
+        set: |to, words| put(&mut to.keys, words.iter().map(|word| key_file(word)).collect()),
+        show: |general| general.keys.iter().map(ToString::to_string).collect(),
+    },
+    GeneralSpec {
         name: "log_format",
         shape: Shape::Text,
         expects: "auto, text, json, journal or plain",
@@ -210,6 +223,13 @@ pub fn seconds(text: &str) -> Option<Duration> {
     let seconds: f64 = text.parse().ok()?;
     let range = 0.0..=FOREVER.as_secs_f64();
     range.contains(&seconds).then(|| Duration::from_millis((seconds * 1000.0).round() as u64))
+}
+
+/// A key and its file: `radio=/etc/mavswitch/radio.key`.
+pub fn key_file(text: &str) -> Option<KeyFile> {
+    let (name, path) = text.split_once('=')?;
+    let name = value::key_name(name)?;
+    (!path.is_empty()).then(|| KeyFile { name, path: path.into() })
 }
 
 fn learn(word: &str) -> Option<Learn> {

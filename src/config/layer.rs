@@ -116,9 +116,12 @@ impl Reader<'_> {
         value: &Spanned<DeValue<'_>>,
     ) -> Option<Setting<GeneralSpec>> {
         let mut setting = self.setting(spec, spec.shape, (spec.name, spec.expects), value)?;
-        if matches!(spec.shape, Shape::Paths | Shape::Path) {
-            for (path, _) in &mut setting.words {
-                *path = self.source.resolve(Path::new(path)).display().to_string();
+        let resolve = |path: &str| self.source.resolve(Path::new(path)).display().to_string();
+        for (word, _) in &mut setting.words {
+            match (spec.shape, word.split_once('=')) {
+                (Shape::Paths | Shape::Path, _) => *word = resolve(word),
+                (Shape::Files, Some((name, path))) => *word = format!("{name}={}", resolve(path)),
+                _ => {}
             }
         }
         Some(setting)

@@ -20,6 +20,7 @@ mod file;
 mod general;
 mod host_port;
 mod import;
+mod key_files;
 mod layer;
 mod merge;
 mod option_spec;
@@ -45,12 +46,13 @@ pub use difference::Difference;
 pub use endpoint::{EndpointConfig, fuzz_endpoint};
 pub use error::{AddressError, AddressProblem};
 pub use file::{CONFIG_DIR, default_files, fuzz_config, load_config, parse_config};
-pub use general::{GENERAL, General, GeneralSpec, LogFormat, LogLevel, seconds};
+pub use general::{GENERAL, General, GeneralSpec, LogFormat, LogLevel, key_file, seconds};
 pub use host_port::{Host, HostPort};
 pub use import::{
     ENDPOINT_KEYS, EndpointKey, GENERAL_KEYS, GeneralKey, Imported, ROUTERD_DIR, RouterdArguments,
     RouterdFiles, SectionKind, TcpServer, fuzz_import, import_routerd,
 };
+pub use key_files::{KeyError, KeyFile, KeyRef, fuzz_key, load_keys};
 pub use merge::{Config, Endpoint, MAX_ENDPOINTS};
 pub use option_spec::{OnChange, OptionSpec};
 pub use option_table::OPTIONS;

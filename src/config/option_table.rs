@@ -6,6 +6,7 @@ mod address;
 mod datagrams;
 mod filters;
 mod groups;
+mod guard;
 mod pace;
 mod peers;
 mod replay;
@@ -27,6 +28,7 @@ const SUBJECTS: &[&[OptionSpec]] = &[
     datagrams::DATAGRAMS,
     filters::FILTERS,
     groups::GROUPS,
+    guard::GUARD,
     replay::REPLAY,
 ];
 

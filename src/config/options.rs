@@ -4,6 +4,8 @@ use std::fmt;
 use std::time::Duration;
 
 use super::host_port::HostPort;
+use super::key_files::KeyRef;
+use crate::routing::OldFrames;
 
 /// The options of an endpoint; the default is what holds where nothing is written.
 ///
@@ -73,6 +75,20 @@ pub struct EndpointOptions {
     pub prefer: u8,
     /// The time within which the second copy of a frame is dropped, 1 to 1000 ms.
     pub dedup: Option<Duration>,
+    /// Whether nothing is taken that comes from here.
+    pub readonly: bool,
+    /// How many frames are taken of each peer in a second at most, 1..=1,000,000.
+    pub max_rate: Option<u32>,
+    /// What is signed with that is sent here and has no signature.
+    pub sign: Option<KeyRef>,
+    /// What becomes of MAVLink 1 where frames are signed.
+    pub v1: OldFrames,
+    /// What everything must be signed with that comes from here.
+    pub verify: Option<KeyRef>,
+    /// Messages that may come unsigned all the same.
+    pub allow_unsigned: Vec<MessageRef>,
+    /// Whether frames go on without the signature that was checked.
+    pub strip: bool,
 }
 
 impl Default for EndpointOptions {
@@ -105,6 +121,13 @@ impl Default for EndpointOptions {
             path: PathChoice::All,
             prefer: 0,
             dedup: None,
+            readonly: false,
+            max_rate: None,
+            sign: None,
+            v1: OldFrames::Pass,
+            verify: None,
+            allow_unsigned: ["RADIO_STATUS", "RADIO"].map(|it| MessageRef::Name(it.into())).into(),
+            strip: false,
         }
     }
 }

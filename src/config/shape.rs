@@ -27,6 +27,8 @@ pub enum Shape {
     Rates,
     /// An array of strings, or one string.
     Paths,
+    /// A table of file names.
+    Files,
     /// A string: one file or directory.
     Path,
 }
@@ -42,6 +44,8 @@ impl Shape {
         match (self, value.get_ref()) {
             (Self::Flag, DeValue::Boolean(flag)) => one(flag.to_string()),
             (Self::Rates, DeValue::Table(table)) => rate_words(table),
+            (Self::Files, DeValue::Table(table)) => file_words(table),
+            (Self::Files, _) => None,
             (Self::List | Self::Rates | Self::Paths, DeValue::Array(array)) => {
                 let words = array.iter().map(|element| self.element(element));
                 // Nothing cannot be told from what is not there.
@@ -81,6 +85,7 @@ impl Shape {
             }
             (Self::List | Self::Rates, DeValue::Array(_)) => "; in an array each by itself",
             (Self::Rates, DeValue::Table(_)) => "; in a table MESSAGE = HZ",
+            (Self::Files, _) => "; in a table NAME = \"FILE\"",
             _ => "",
         }
     }
@@ -95,6 +100,13 @@ impl Shape {
                 array(words, |word| if is_digits(word) { word.into() } else { quoted(word) })
             }
             Self::Paths => array(words, quoted),
+            Self::Files => {
+                let files = words.iter().filter_map(|word| word.split_once('='));
+                let files: Vec<String> = files
+                    .map(|(name, file)| format!("{} = {}", quoted(name), quoted(file)))
+                    .collect();
+                format!("{{ {} }}", files.join(", "))
+            }
             Self::Rates => {
                 let rates = words.iter().filter_map(|word| word.split_once(':'));
                 let rates: Vec<String> =
@@ -132,6 +144,16 @@ fn rate_words(table: &DeTable<'_>) -> Option<Vec<SpannedWord>> {
         (!text.contains(',')).then(|| (text, message.span()))
     };
     rates.into_iter().map(word).collect::<Option<Vec<_>>>().filter(|words| !words.is_empty())
+}
+
+/// `radio = "radio.key"` is `radio=radio.key`.
+fn file_words(table: &DeTable<'_>) -> Option<Vec<SpannedWord>> {
+    let mut files: Vec<_> = table.iter().collect();
+    files.sort_by_key(|(name, _)| name.span().start);
+    let word = |(name, file): (&Spanned<_>, &Spanned<DeValue<'_>>)| {
+        Some((format!("{}={}", name.get_ref(), file.get_ref().as_str()?), name.span()))
+    };
+    files.into_iter().map(word).collect::<Option<Vec<_>>>().filter(|words| !words.is_empty())
 }
 
 /// A number in decimal.

@@ -4,7 +4,9 @@ use std::ops::RangeInclusive;
 use std::str::FromStr;
 use std::time::Duration;
 
+use super::key_files::KeyRef;
 use super::options::{FlowControl, MessageRef, PathChoice};
+use crate::routing::OldFrames;
 
 /// Baud rates that some hardware has; the highest are those of USB converters.
 pub(super) const BAUDS: RangeInclusive<u32> = 50..=20_000_000;
@@ -26,6 +28,9 @@ pub(super) const FOREVER: Duration = Duration::from_secs(100 * 365 * 86_400);
 
 /// How often a message may be sent, in frames a second; bounded so that a pause is a `Duration`.
 const HZ: RangeInclusive<f32> = 0.001..=1000.0;
+
+/// An empty list, in words.
+const NONE: &str = "none";
 
 /// Message ids have 24 bits.
 const MESSAGE_IDS: RangeInclusive<u32> = 0..=0xff_ffff;
@@ -151,6 +156,41 @@ pub(super) fn speed(text: &str) -> Option<f32> {
 /// Messages by name or number: `RAW_IMU,27`.
 pub fn messages(text: &str) -> Option<Vec<MessageRef>> {
     text.split(',').map(message_ref).collect()
+}
+
+/// Messages, or the word `none`.
+pub(super) fn messages_or_none(text: &str) -> Option<Vec<MessageRef>> {
+    if text == NONE { Some(Vec::new()) } else { messages(text) }
+}
+
+/// What [`messages_or_none`] reads.
+pub(super) fn show_messages_or_none(list: &[MessageRef]) -> Option<String> {
+    show_list(list).or_else(|| Some(NONE.to_owned()))
+}
+
+/// The name of a key, which is not read yet.
+pub(super) fn key(text: &str) -> Option<KeyRef> {
+    key_name(text).map(|name| KeyRef { name, key: None })
+}
+
+/// What a key may be called.
+pub(super) fn key_name(text: &str) -> Option<String> {
+    name(text).filter(|name| !name.contains('='))
+}
+
+/// What becomes of MAVLink 1 where frames are signed.
+pub(super) fn old_frames(text: &str) -> Option<OldFrames> {
+    let all = [OldFrames::Pass, OldFrames::Upgrade, OldFrames::Drop];
+    all.into_iter().find(|it| show_old_frames(*it) == text)
+}
+
+/// What [`old_frames`] reads.
+pub(super) fn show_old_frames(old_frames: OldFrames) -> &'static str {
+    match old_frames {
+        OldFrames::Pass => "pass",
+        OldFrames::Upgrade => "upgrade",
+        OldFrames::Drop => "drop",
+    }
 }
 
 /// System or component ids: `1,255`.

@@ -11,7 +11,7 @@ use mio::net::{TcpListener, TcpStream, UdpSocket};
 use crate::config::{Address, EndpointConfig, EndpointOptions};
 use crate::link::Backoff;
 use crate::mavlink::SplitterStats;
-use crate::routing::{FilterLists, LinkCounters, LinkId, Membership, RateCap, Time};
+use crate::routing::{FilterLists, GateOptions, LinkCounters, LinkId, Membership, RateCap, Time};
 
 use super::log_limit::Log;
 use super::settings::Settings;
@@ -38,6 +38,7 @@ pub(super) struct Endpoint {
     pub(super) filter_in: FilterLists,
     pub(super) filter_out: FilterLists,
     pub(super) caps: Vec<RateCap>,
+    pub(super) gate: GateOptions,
     /// Its place in its group, once it is in the table.
     pub(super) membership: Option<Membership>,
     /// Which of several baud rates is in use, and whether frames were heard at it.
@@ -215,7 +216,7 @@ impl DatagramPort {
 
 impl Endpoint {
     pub(super) fn new(settings: Settings, now: Time) -> Self {
-        let Settings { config, filter_in, filter_out, caps } = settings;
+        let Settings { config, filter_in, filter_out, caps, gate } = settings;
         Self {
             name: config.name(),
             backoff: Backoff::up_to(config.options.retry),
@@ -229,6 +230,7 @@ impl Endpoint {
             filter_in,
             filter_out,
             caps,
+            gate,
             membership: None,
             baud: 0,
             baud_is_proven: false,
@@ -263,12 +265,13 @@ impl Endpoint {
 
     /// Takes other settings; says whether they are others at all.
     pub(super) fn set(&mut self, settings: Settings) -> bool {
-        let Settings { config, filter_in, filter_out, caps } = settings;
-        let is_same = (&self.config, &self.filter_in, &self.filter_out, &self.caps)
-            == (&config, &filter_in, &filter_out, &caps);
+        let Settings { config, filter_in, filter_out, caps, gate } = settings;
+        let is_same = (&self.config, &self.filter_in, &self.filter_out, &self.caps, &self.gate)
+            == (&config, &filter_in, &filter_out, &caps, &gate);
         self.name = config.name();
         self.config = config;
-        (self.filter_in, self.filter_out, self.caps) = (filter_in, filter_out, caps);
+        (self.filter_in, self.filter_out, self.caps, self.gate) =
+            (filter_in, filter_out, caps, gate);
         !is_same
     }
 

@@ -28,6 +28,14 @@ pub enum StartError {
         /// The name.
         name: String,
     },
+    /// An option names a key that was not read.
+    #[error("{endpoint}: no key is called {name} (say where it is, with `keys` or --key)")]
+    UnreadKey {
+        /// The endpoint with the option.
+        endpoint: String,
+        /// The name.
+        name: String,
+    },
     /// There are more groups than can be told apart.
     #[error("there are more than 256 groups")]
     TooManyGroups,

@@ -1,6 +1,7 @@
 //! The loop itself: what a turn is, and which event means what.
 
 use std::io;
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -18,13 +19,14 @@ use super::notify::Notifier;
 use super::reload::{Host, Reloader};
 use super::settings::settle;
 use super::signals::Signals;
+use super::signing_time::SigningTime;
 use super::timers::Timers;
 use super::transmit::{Io, tell_of_room};
 use crate::config::{EndpointConfig, General};
 use crate::link::{Inbox, Opener, Resolver};
 use crate::mavlink::{Checker, Dialect};
 use crate::record::Recorder;
-use crate::routing::{LinkId, LinkSet, Router, Time};
+use crate::routing::{LinkId, LinkSet, Reminder, Router, Time};
 
 /// What the daemon is to do.
 #[derive(Clone, Debug)]
@@ -75,6 +77,10 @@ pub(super) struct Daemon {
     pub(super) component_log: LogLimit,
     pub(super) notifier: Notifier,
     pub(super) unrouted_log: LogLimit,
+    pub(super) refusal_log: LogLimit,
+    /// Whose lack of a signature was told of.
+    pub(super) refused_strangers: Reminder<SocketAddr>,
+    pub(super) signing_time: SigningTime,
     /// Copies what is received to files, if it is to.
     pub(super) recorder: Option<Recorder>,
     /// The part of the program that takes flight-stack logs, if they are wanted.
@@ -213,6 +219,9 @@ impl Daemon {
             component_log: LogLimit::new(now),
             notifier: Notifier::from_environment(),
             unrouted_log: LogLimit::new(now),
+            refusal_log: LogLimit::new(now),
+            refused_strangers: Reminder::default(),
+            signing_time: SigningTime::default(),
             recorder: None,
             collector: None,
         })
@@ -240,6 +249,7 @@ impl Daemon {
         self.notifier.handle_stopping();
         self.drain(&mut events)?;
         self.report_links();
+        self.end_signing_time();
         Ok(())
     }
 
@@ -297,6 +307,7 @@ impl Daemon {
         self.handle_unsent();
         self.report_events();
         self.tell_status();
+        self.keep_signing_time();
         self.tell_listeners();
         if let Some(recorder) = &mut self.recorder {
             recorder.end_turn();

@@ -15,7 +15,7 @@ use super::settings::Settings;
 use super::timers::Timer;
 use crate::config::{Address, EndpointConfig, EndpointOptions};
 use crate::mavlink::{Frame, Input, MAX_FRAME, MessageId};
-use crate::routing::{FilterLists, LinkId, LocalPeer, Port, Precedence, Time};
+use crate::routing::{FilterLists, GateOptions, LinkId, LocalPeer, Port, Precedence, Time};
 
 /// How much a peer may say in one turn, in bytes; what goes beyond is said in the next.
 const TURN: usize = 32 * 1_024;
@@ -109,6 +109,7 @@ impl Daemon {
             filter_in: FilterLists::default(),
             filter_out: FilterLists { allow_messages: hears.to_vec(), ..FilterLists::default() },
             caps: Vec::new(),
+            gate: GateOptions::default(),
         };
         let index = self.insert_endpoint(settings)?;
         if self.open_local(index, name, peer).is_err() {

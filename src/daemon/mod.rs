@@ -28,6 +28,7 @@ mod serial;
 mod service;
 mod settings;
 mod signals;
+mod signing_time;
 mod snapshot;
 mod timers;
 mod transmit;

@@ -4,7 +4,7 @@ use std::io;
 use std::net::{IpAddr, SocketAddr};
 use std::time::Duration;
 
-use super::endpoint::{Peers, Role, State};
+use super::endpoint::{Endpoint, Peers, Role, State};
 use super::endpoint_table::EndpointId;
 use super::event_loop::{Daemon, Meaning, Ready};
 use super::links::{Link, Output, StreamOutput};
@@ -12,6 +12,7 @@ use super::log_limit::Topic;
 use super::timers::Timer;
 use super::transmit::UNLESS_FULL;
 use crate::link::{Stream, tune};
+use crate::mavlink::CheckedFrame;
 use crate::routing::{LinkId, MAX_LINKS};
 use mio::event::Source;
 use mio::net::TcpStream;
@@ -77,6 +78,24 @@ impl Daemon {
             }
         }
         Ok(id)
+    }
+
+    /// Makes a peer of somebody who sent such a frame to a UDP server, if the server is to believe it.
+    pub(super) fn admit_by(
+        &mut self,
+        index: EndpointId,
+        source: SocketAddr,
+        frame: &CheckedFrame<'_>,
+    ) -> Admission {
+        let Endpoint { gate, membership, .. } = &self.io.endpoints[index];
+        if !self.router.would_let_in(gate, *membership, frame, self.now) {
+            if self.refused_strangers.is_due(source, self.now) {
+                let reason = "what it sends is not signed with the key of `verify`, or came before";
+                self.refuse(index, source, reason);
+            }
+            return Admission::Refused;
+        }
+        self.admit_peer(index, source)
     }
 
     /// Makes a peer of somebody who sent a verified frame to a UDP server.

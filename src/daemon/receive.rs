@@ -192,7 +192,7 @@ impl Daemon {
         let mut cutter = splitter.cut(&mut bytes, len, Input::Paused);
         while let Some(frame) = cutter.next(&mut self.checker) {
             if frame.verified && matches!(admission, Admission::Unproven) {
-                admission = self.admit_peer(index, source);
+                admission = self.admit_by(index, source, &frame);
             }
             if let Admission::Peer(link) = admission {
                 let is_taken = self.router.handle(link, &frame, self.now);

@@ -16,6 +16,7 @@ impl Daemon {
         while let Some(event) = self.router.poll_event() {
             let limit = match event {
                 RouterEvent::NoRoute(..) => &mut self.unrouted_log,
+                RouterEvent::Refused(..) => &mut self.refusal_log,
                 _ => &mut self.component_log,
             };
             if let Some(left_out) = limit.permit(self.now) {
@@ -44,6 +45,10 @@ impl Daemon {
             }
             RouterEvent::NoRoute(source, target) => {
                 debug!("no route to {target}, asked by {source}{left_out}");
+            }
+            RouterEvent::Refused(source, link, reason) => {
+                let (name, why) = (self.describe(link), refusal(reason));
+                warn!("frames from {source} on {name} are refused: {why}{left_out}");
             }
             RouterEvent::PathChosen(group, member) => self.report_path(group, member, left_out),
         }
@@ -142,6 +147,22 @@ impl Daemon {
                 self.timers.set(at, Timer::Log(index));
             }
         }
+    }
+}
+
+/// Why frames are refused, and what to do about it.
+fn refusal(reason: DropReason) -> &'static str {
+    match reason {
+        DropReason::Unsigned => {
+            "not signed (switch signing on there, or name them in allow_unsigned)"
+        }
+        DropReason::WrongSignature => "signed with another key than that of `verify`",
+        DropReason::Replayed => {
+            "not newer than what came before: sent again, or by two with one link id"
+        }
+        DropReason::TooOld => "signed more than 60 s ago (set the clock there)",
+        DropReason::TooManyStreams => "more signing streams than are remembered",
+        _ => "",
     }
 }
 

@@ -6,9 +6,12 @@ use std::time::Duration;
 
 use super::endpoint::Endpoint;
 use super::error::StartError;
-use crate::config::{Address, Device, EndpointConfig, FilterOptions, MAX_ENDPOINTS, MessageRef};
+use crate::config::{
+    Address, Device, EndpointConfig, EndpointOptions, FilterOptions, KeyRef, MAX_ENDPOINTS,
+    MessageRef,
+};
 use crate::mavlink::{Dialect, MessageId};
-use crate::routing::{Capacity, FilterLists, LinkOptions, RateCap};
+use crate::routing::{Capacity, FilterLists, GateOptions, LinkOptions, RateCap, Sign, Verify};
 
 /// How many groups the router can tell apart.
 const MAX_GROUPS: usize = 256;
@@ -20,6 +23,7 @@ pub(super) struct Settings {
     pub(super) filter_in: FilterLists,
     pub(super) filter_out: FilterLists,
     pub(super) caps: Vec<RateCap>,
+    pub(super) gate: GateOptions,
 }
 
 /// Looks up what the user wrote.
@@ -47,7 +51,8 @@ impl Settings {
         let caps = rate_caps(&name, &options.rate, dialect)?;
         let filter_in = filter_lists(&name, &options.filter_in, dialect)?;
         let filter_out = filter_lists(&name, &options.filter_out, dialect)?;
-        Ok(Self { config, filter_in, filter_out, caps })
+        let gate = gate_options(&name, options, dialect)?;
+        Ok(Self { config, filter_in, filter_out, caps, gate })
     }
 }
 
@@ -62,6 +67,30 @@ fn rate_caps(
         Ok(RateCap { id, interval: Duration::from_secs_f32(1.0 / rate) })
     };
     rates.iter().map(cap).collect()
+}
+
+fn gate_options(
+    endpoint: &str,
+    options: &EndpointOptions,
+    dialect: &Dialect,
+) -> Result<GateOptions, StartError> {
+    let key = |named: &KeyRef| {
+        let unread =
+            || StartError::UnreadKey { endpoint: endpoint.to_owned(), name: named.name.clone() };
+        named.key.clone().ok_or_else(unread)
+    };
+    let sign = |named: &KeyRef| Ok(Sign { key: key(named)?, v1: options.v1 });
+    let verify = |named: &KeyRef| {
+        let allowed = options.allow_unsigned.iter().map(|it| resolve(endpoint, it, dialect));
+        let allow_unsigned = allowed.collect::<Result<_, _>>()?;
+        Ok(Verify { key: key(named)?, allow_unsigned, strip: options.strip })
+    };
+    Ok(GateOptions {
+        is_readonly: options.readonly,
+        max_rate: options.max_rate,
+        sign: options.sign.as_ref().map(sign).transpose()?,
+        verify: options.verify.as_ref().map(verify).transpose()?,
+    })
 }
 
 fn filter_lists(
@@ -114,6 +143,7 @@ impl Endpoint {
             caps: self.caps.clone(),
             membership: self.membership,
             dedup: options.dedup,
+            gate: self.gate.clone(),
         }
     }
 

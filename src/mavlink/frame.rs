@@ -10,13 +10,13 @@ pub const STX_V2: u8 = 0xfd;
 pub const MAX_FRAME: usize = V2_HEADER + 255 + CRC + SIGNATURE;
 
 const V1_HEADER: usize = 6;
-const V2_HEADER: usize = 10;
-const CRC: usize = 2;
+pub(super) const V2_HEADER: usize = 10;
+pub(super) const CRC: usize = 2;
 /// Bytes behind the checksum of a signed frame (rule 54).
 pub(super) const SIGNATURE: usize = 13;
 
 /// The one incompatibility flag there is: the frame ends with a signature (rule 7).
-const INCOMPAT_SIGNED: u8 = 0x01;
+pub(super) const INCOMPAT_SIGNED: u8 = 0x01;
 
 /// Which of the two frame layouts.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]

@@ -12,6 +12,8 @@ mod encode;
 mod fields;
 mod frame;
 mod id;
+mod rewrite;
+mod signing;
 mod splitter;
 mod unsigned;
 
@@ -26,6 +28,8 @@ pub use encode::{FrameSpec, encode, trimmed};
 pub use fields::{Element, EnumNames, FieldLayout, Layouts, MessageLayout, Value, fuzz_fields};
 pub use frame::{Frame, FrameError, Header, MAX_FRAME, STX_V1, STX_V2, Version, frame_len_of};
 pub use id::{Component, MessageId};
+pub use rewrite::FrameBuffer;
+pub use signing::{KEY_LEN, Key, MAX_STREAMS, Refusal, Streams, Timestamp, fuzz_signing};
 pub use splitter::{
     CheckedFrame, Cutter, Input, Splitter, SplitterStats, fuzz_splitter,
     fuzz_splitter_with_checksums,

@@ -34,6 +34,7 @@ impl Router {
         let (old, new) = (port.options.membership, options.membership);
         let is_sniffer = options.is_sniffer;
         port.set_options(options, now);
+        port.set_gate(link, &mut self.signing, now);
         if old != new {
             self.leave_groups(link);
             new.into_iter().for_each(|membership| self.join_group(link, membership));

@@ -22,11 +22,27 @@ pub enum DropReason {
     RateCap,
     /// It had come over another link already (rule 49); counts on the link it came from.
     Duplicate,
+    /// Nothing is taken from this link (`readonly`); counts on the link it came from.
+    ReadOnly,
+    /// Too many came in a second (`max_rate`); counts on the link it came from.
+    MaxRate,
+    /// It is not signed, and must be; like the next four, counts on the link it came from.
+    Unsigned,
+    /// It was signed with another key, or damaged since (rule 56).
+    WrongSignature,
+    /// Its signature is not newer than the last of its stream (rule 57).
+    Replayed,
+    /// Its signature begins a stream, and is more than 60 s behind (rule 57).
+    TooOld,
+    /// Its signature begins one more stream than are remembered.
+    TooManyStreams,
+    /// MAVLink 1, which cannot be signed, on a link that is sent nothing unsigned.
+    Unsignable,
 }
 
 impl DropReason {
     /// All of them, in the order of their declaration.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 16] = [
         Self::NoRoute,
         Self::SetupSigning,
         Self::Loop,
@@ -35,7 +51,21 @@ impl DropReason {
         Self::QueueFull,
         Self::RateCap,
         Self::Duplicate,
+        Self::ReadOnly,
+        Self::MaxRate,
+        Self::Unsigned,
+        Self::WrongSignature,
+        Self::Replayed,
+        Self::TooOld,
+        Self::TooManyStreams,
+        Self::Unsignable,
     ];
+
+    /// Whether it is the outcome of a check of signatures.
+    pub fn is_refusal(self) -> bool {
+        use DropReason::{Replayed, TooManyStreams, TooOld, Unsigned, WrongSignature};
+        matches!(self, Unsigned | WrongSignature | Replayed | TooOld | TooManyStreams)
+    }
 
     /// What it is called in status, metrics and logs.
     pub fn name(self) -> &'static str {
@@ -48,6 +78,14 @@ impl DropReason {
             Self::QueueFull => "queue_full",
             Self::RateCap => "rate_cap",
             Self::Duplicate => "duplicate",
+            Self::ReadOnly => "readonly",
+            Self::MaxRate => "max_rate",
+            Self::Unsigned => "unsigned",
+            Self::WrongSignature => "wrong_signature",
+            Self::Replayed => "replayed",
+            Self::TooOld => "too_old",
+            Self::TooManyStreams => "too_many_streams",
+            Self::Unsignable => "unsignable",
         }
     }
 }

@@ -6,8 +6,8 @@ use std::collections::HashSet;
 use std::time::Duration;
 
 use super::{
-    Capacity, DropReason, Explanation, Fate, FilterLists, GroupId, LinkId, LinkOptions,
-    MAX_COMPONENTS, Membership, RateCap, Router, RouterOptions, Time,
+    Capacity, DropReason, Explanation, Fate, FilterLists, GateOptions, GroupId, LinkId,
+    LinkOptions, MAX_COMPONENTS, Membership, RateCap, Router, RouterOptions, Time,
 };
 use crate::mavlink::{CheckedFrame, Component, FrameSpec, Header, MessageId, Version, encode};
 
@@ -110,6 +110,7 @@ impl Model {
             },
             filter_in: if a & 128 != 0 { without(b & 1) } else { FilterLists::default() },
             filter_out: if b & 2 != 0 { without(b >> 7) } else { FilterLists::default() },
+            gate: GateOptions::default(),
         };
         let Some(link) = self.router.add_link(options.clone(), self.now) else { return };
         assert!(self.links.iter().all(|other| other.link != link), "a link's number is its own");

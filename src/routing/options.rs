@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
+use super::counters::DropReason;
 use super::filter::FilterLists;
+use super::gate::GateOptions;
 use super::group::{GroupId, Membership};
 use super::link_set::LinkId;
 use super::rate_limit::RateCap;
@@ -74,6 +76,8 @@ pub struct LinkOptions {
     /// What comes from here is dropped if it came over another link of the group within this time;
     /// 1 s at most (rule 49). `None`: each link of a group delivers.
     pub dedup: Option<Duration>,
+    /// What is asked of the frames that come and go.
+    pub gate: GateOptions,
 }
 
 /// How much may wait for a link.
@@ -101,6 +105,7 @@ impl Default for LinkOptions {
             caps: Vec::new(),
             membership: None,
             dedup: None,
+            gate: GateOptions::default(),
         }
     }
 }
@@ -120,6 +125,9 @@ pub enum RouterEvent {
     /// Frames come from a source that can never be found again, for one of its ids is 0 (rule 8).
     /// Told once a link.
     InvalidSource(Component, LinkId),
+    /// Frames of a component on a link are refused, for the lack of a right signature or for what it
+    /// says. Told once a minute at most.
+    Refused(Component, LinkId, DropReason),
     /// The first found nobody at the second.
     NoRoute(Component, Component),
     /// A group sends over this member from now on; over all of them, if none is good.

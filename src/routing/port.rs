@@ -2,6 +2,7 @@
 
 use super::counters::{DropReason, LinkCounters};
 use super::filter::Filter;
+use super::gate::Gate;
 use super::group::{GroupId, Quality};
 use super::options::{Capacity, LinkOptions};
 use super::pacer::Pacer;
@@ -9,7 +10,7 @@ use super::path_loss::PathLoss;
 use super::queue::{Frames, Precedence, Queue, QueueLimits};
 use super::rate_limit::RateLimiter;
 use super::time::Time;
-use crate::mavlink::{CheckedFrame, Header, MAX_FRAME, MessageId};
+use crate::mavlink::{CheckedFrame, MAX_FRAME, MessageId};
 
 /// A link, as the router knows it.
 pub struct Port {
@@ -26,6 +27,8 @@ pub struct Port {
     /// The same, but for what a radio says of itself.
     last_carried: Option<Time>,
     loss: PathLoss,
+    /// What frames have to pass, if the user asks for that.
+    pub(super) gate: Option<Box<Gate>>,
 }
 
 /// The longest queue of a paced link, in bytes.
@@ -52,6 +55,7 @@ impl Port {
             last_heard: None,
             last_carried: None,
             loss: PathLoss::default(),
+            gate: None,
             options,
         }
     }
@@ -89,13 +93,21 @@ impl Port {
     /// Queues a frame, or counts why not.
     #[inline]
     pub(super) fn offer(&mut self, frame: &CheckedFrame<'_>, precedence: Precedence, now: Time) {
-        let Header { source, id, .. } = frame.header;
-        if let Some(reason) = self.refusal(frame, precedence, now) {
-            self.counters[reason] += 1;
-        } else if self.queue.push(frame.bytes, precedence).is_ok() {
-            self.limiter.count(source, id, now);
+        match self.refusal(frame, precedence, now) {
+            Some(reason) => self.counters[reason] += 1,
+            None => self.queue(frame, precedence, now),
+        }
+    }
+
+    /// Queues a frame that nothing speaks against; if there is no room after all, that is counted.
+    #[inline]
+    pub(super) fn queue(&mut self, frame: &CheckedFrame<'_>, precedence: Precedence, now: Time) {
+        if self.queue.push(frame.bytes, precedence).is_ok() {
+            self.limiter.count(frame.header.source, frame.header.id, now);
             self.counters.frames_out += 1;
             self.counters.bytes_out += frame.bytes.len() as u64;
+        } else {
+            self.counters[DropReason::QueueFull] += 1;
         }
     }
 

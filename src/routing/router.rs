@@ -13,6 +13,7 @@ use super::options::{LinkOptions, RouterEvent, RouterOptions};
 use super::port::Port;
 use super::queue::Precedence;
 use super::route_table::RouteTable;
+use super::signing::Signing;
 use super::tap::Tap;
 use super::time::Time;
 use crate::mavlink::{CheckedFrame, MessageId};
@@ -41,6 +42,7 @@ pub struct Router {
     pub(super) events: VecDeque<RouterEvent>,
     /// When routes may be too old.
     pub(super) next_aging: Option<Time>,
+    pub(super) signing: Signing,
 }
 
 /// How many events wait to be fetched; what comes on top is not told.
@@ -65,6 +67,7 @@ impl Router {
             has_filling: false,
             events: VecDeque::with_capacity(MAX_EVENTS),
             next_aging: None,
+            signing: Signing::default(),
         }
     }
 
@@ -79,7 +82,8 @@ impl Router {
             self.has_sniffers = true;
         }
         self.lives = self.lives.wrapping_add(1);
-        let port = Port::new(options, self.lives, now);
+        let mut port = Port::new(options, self.lives, now);
+        port.set_gate(link, &mut self.signing, now);
         if link.index() == self.ports.len() {
             self.ports.push(Some(port));
         } else {
@@ -109,8 +113,8 @@ impl Router {
 
     /// Takes a frame that arrived on `link` and queues it wherever it belongs.
     ///
-    /// Says whether it was taken: not kept out by a filter, nor the copy of another. Does nothing if
-    /// there is no such link.
+    /// Says whether it was taken: not kept out by gate or filter, nor the copy of another. Does
+    /// nothing if there is no such link.
     #[inline]
     pub fn handle(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) -> bool {
         if self.tap.is_open() {
@@ -132,6 +136,18 @@ impl Router {
         };
         port.counters.frames_in += 1;
         port.counters.bytes_in += frame.bytes.len() as u64;
+        if port.has_gate() {
+            return self.handle_gated(link, frame, now);
+        }
+        self.admit(link, frame, now)
+    }
+
+    /// Takes a frame that has passed the gate of its link, if there is one.
+    #[inline]
+    pub(super) fn admit(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) -> bool {
+        let Some(Some(port)) = self.ports.get_mut(link.index()) else {
+            return false;
+        };
         if !port.takes(frame) {
             port.counters[DropReason::FilteredIn] += 1;
             self.handle_filtered(link, frame, now);
@@ -186,7 +202,11 @@ impl Router {
         now: Time,
     ) {
         let Some(Some(port)) = self.ports.get_mut(link.index()) else { return };
-        port.offer(frame, precedence, now);
+        if port.has_gate() {
+            port.offer_gated(frame, precedence, &mut self.signing.clock, now);
+        } else {
+            port.offer(frame, precedence, now);
+        }
         self.dirty.insert(link);
         if port.is_filling() {
             self.filling.insert(link);

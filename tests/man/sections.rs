@@ -117,6 +117,7 @@ fn described_key(
         Shape::List => "array",
         Shape::Rates => "table",
         Shape::Paths => "array of strings",
+        Shape::Files => "table of strings",
     };
     let default = default.map(|it| format!("; default: {}", escaped(it))).unwrap_or_default();
     let (name, help) = (escaped(name), sentence(help));

@@ -15,5 +15,6 @@ mod loops;
 mod network;
 mod regressions;
 mod routing;
+mod signing;
 mod streams;
 mod vectors;

@@ -42,6 +42,13 @@ const EDGES: &[(&str, &[&str], &[&str])] = &[
     ("path", &["all", "best"], &["any"]),
     ("prefer", &["0", "255"], &["256"]),
     ("dedup", &["1", "1000", "1s", "0.5s", "2ms"], &["0", "1001", "2s", "0.4"]),
+    ("readonly", &["true", "false"], &["yes"]),
+    ("max_rate", &["1", "1000000"], &["0", "1000001", "1.5", ""]),
+    ("sign", &["radio", "my radio"], &["", "a=b", "a\u{7}"]),
+    ("v1", &["pass", "upgrade", "drop"], &["", "true", "convert"]),
+    ("verify", &["radio"], &["", "a=b"]),
+    ("allow_unsigned", &["RADIO", "27,ATTITUDE", "none"], &["", "27,", "none,27x"]),
+    ("strip", &["true", "false"], &["1"]),
     ("speed", &["0", "0.5", "1000"], &["", "-1", "1001", "fast"]),
     ("loop", &["true", "false"], &["1"]),
 ];
@@ -111,7 +118,7 @@ fn each_default_text_is_the_default_value() {
 #[test]
 fn names_are_unique_and_fit_a_file() {
     for (number, spec) in OPTIONS.iter().enumerate() {
-        let is_allowed = |c: char| c.is_ascii_lowercase() || c == '_';
+        let is_allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
         assert!(spec.name.chars().all(is_allowed), "{}", spec.name);
         let others = &OPTIONS[number + 1..];
         assert!(others.iter().all(|other| other.name != spec.name));

@@ -8,9 +8,10 @@ use std::time::{Duration, Instant};
 use mio::{Events, Poll, Token};
 
 use super::*;
-use crate::config::{AddressKind, OPTIONS, OnChange};
+use crate::config::{AddressKind, EndpointConfig, OPTIONS, OnChange};
 use crate::daemon::endpoint::{Role, State};
 use crate::daemon::signals::Signals;
+use crate::mavlink::Key;
 use crate::routing::{Learn, LinkId, LinkOptions, RouterOptions};
 
 /// A host that has whatever configuration the test wants.
@@ -40,7 +41,15 @@ fn desk() -> Arc<Desk> {
 }
 
 fn config(texts: &[String], general: &General) -> DaemonConfig {
-    let endpoints = texts.iter().map(|text| text.parse().unwrap()).collect();
+    let endpoint = |text: &String| {
+        let mut endpoint: EndpointConfig = text.parse().unwrap();
+        let options = &mut endpoint.options;
+        for named in [&mut options.sign, &mut options.verify].into_iter().flatten() {
+            named.key = Some(Key::from_passphrase(&named.name));
+        }
+        endpoint
+    };
+    let endpoints = texts.iter().map(endpoint).collect();
     DaemonConfig { general: general.clone(), endpoints, dialect: Dialect::builtin() }
 }
 
@@ -151,6 +160,13 @@ const VALUES: &[(&str, &[&str])] = &[
     ("path", &["all", "best"]),
     ("prefer", &["3", "7"]),
     ("dedup", &["100", "200"]),
+    ("readonly", &["true", "false"]),
+    ("max_rate", &["1", "1000"]),
+    ("sign", &["a", "b"]),
+    ("v1", &["upgrade", "drop"]),
+    ("verify", &["a", "b"]),
+    ("allow_unsigned", &["RADIO", "none"]),
+    ("strip", &["true", "false"]),
     ("speed", &["0.5", "2"]),
     ("loop", &["true", "false"]),
 ];
@@ -194,7 +210,10 @@ impl Chance {
             let is_wanted = match spec.name {
                 "name" => self.below(2) == 0,
                 "group" => has_group,
-                _ if spec.needs.is_some() => has_group && self.below(2) == 0,
+                _ if spec.needs.is_some() => {
+                    let needed = format!("{}=", spec.needs.unwrap());
+                    text.contains(&needed) && self.below(2) == 0
+                }
                 _ => self.below(12) == 0,
             };
             if is_wanted && !values.is_empty() && spec.is_for(*kind.unwrap()) {

@@ -1,0 +1,249 @@
+//! Signing keys on disk: where they are, who may read them, and how they are written.
+//!
+//! A key is never part of an error, whatever is wrong with its file.
+
+use std::fmt;
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+
+use data_encoding::{BASE64, BASE64_NOPAD, HEXLOWER_PERMISSIVE};
+use zeroize::Zeroizing;
+
+use super::endpoint::EndpointConfig;
+use super::suggest;
+use crate::mavlink::{KEY_LEN, Key};
+
+/// How large a key file may be, in bytes: a passphrase may be long.
+const MAX_LEN: u64 = 4_096;
+
+/// What a passphrase begins with.
+const PASSPHRASE: &str = "passphrase:";
+
+/// A key that has a name, as the user configured it.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct KeyFile {
+    /// By which the options of endpoints speak of it.
+    pub name: String,
+    /// Where it is.
+    pub path: PathBuf,
+}
+
+/// `radio=/etc/mavswitch/radio.key`
+impl fmt::Display for KeyFile {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}={}", self.name, self.path.display())
+    }
+}
+
+/// A key that an option names.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct KeyRef {
+    /// Its name.
+    pub name: String,
+    /// The key itself, once its file was read.
+    pub key: Option<Key>,
+}
+
+/// Why a key cannot be had.
+#[derive(Debug, thiserror::Error)]
+pub enum KeyError {
+    /// An option names a key that there is not.
+    #[error("no key is called `{0}`: {1}")]
+    Unknown(String, String),
+    /// Its file cannot be read.
+    #[error("key `{0}`: cannot read {1}: {2}")]
+    Read(String, PathBuf, io::Error),
+    /// Its file is something else, such as a directory.
+    #[error("key `{0}`: {1} is no file")]
+    NoFile(String, PathBuf),
+    /// Its file may be read by others than its owner.
+    #[error("key `{0}`: {1} is open to others than its owner (mode {2:03o}): chmod 600 {1}")]
+    Open(String, PathBuf, u32),
+    /// What is in its file is no key.
+    #[error(
+        "key `{0}`: {1} has no key: write 32 bytes as they are, in hexadecimal or in base64, or a \
+         passphrase behind the word `passphrase:`"
+    )]
+    Content(String, PathBuf),
+}
+
+/// Reads the keys that an endpoint uses; `files` says where they are.
+///
+/// # Errors
+///
+/// The option that names a key which cannot be had, and why. The keys of the other option are read.
+pub fn load_keys(
+    endpoint: &mut EndpointConfig,
+    files: &[KeyFile],
+) -> Result<(), Vec<(&'static str, KeyError)>> {
+    let options = &mut endpoint.options;
+    let mut errors = Vec::new();
+    for (option, named) in [("sign", &mut options.sign), ("verify", &mut options.verify)] {
+        let Some(named) = named else { continue };
+        match find_key(&named.name, files) {
+            Ok(key) => named.key = Some(key),
+            Err(error) => errors.push((option, error)),
+        }
+    }
+    if errors.is_empty() { Ok(()) } else { Err(errors) }
+}
+
+fn find_key(name: &str, files: &[KeyFile]) -> Result<Key, KeyError> {
+    let Some(file) = files.iter().find(|file| file.name == name) else {
+        let hint = match suggest::nearest(name, files.iter().map(|file| file.name.as_str())) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => "say where it is, with `keys` in a configuration file or with --key".to_owned(),
+        };
+        return Err(KeyError::Unknown(name.to_owned(), hint));
+    };
+    read_key(file)
+}
+
+fn read_key(file: &KeyFile) -> Result<Key, KeyError> {
+    let KeyFile { name, path } = file;
+    let bytes = read_private(name, path)?;
+    parse_key(&bytes).ok_or_else(|| KeyError::Content(name.clone(), path.clone()))
+}
+
+fn read_private(name: &str, path: &Path) -> Result<Zeroizing<Vec<u8>>, KeyError> {
+    let unreadable = |error| KeyError::Read(name.to_owned(), path.to_owned(), error);
+    // Before it is opened: a pipe would wait for somebody to write.
+    if !fs::metadata(path).map_err(unreadable)?.is_file() {
+        return Err(KeyError::NoFile(name.to_owned(), path.to_owned()));
+    }
+    let file = File::open(path).map_err(unreadable)?;
+    // Of the file that is open now, whatever has the name since.
+    let mode = file.metadata().map_err(unreadable)?.permissions().mode() & 0o777;
+    if mode & 0o077 != 0 {
+        return Err(KeyError::Open(name.to_owned(), path.to_owned(), mode));
+    }
+    // With all its room from the start: growing would leave a copy behind.
+    let mut bytes = Zeroizing::new(Vec::with_capacity(MAX_LEN as usize + 1));
+    file.take(MAX_LEN + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    Ok(bytes)
+}
+
+/// The key that stands in a file, if one does.
+fn parse_key(bytes: &[u8]) -> Option<Key> {
+    if bytes.len() as u64 > MAX_LEN {
+        return None;
+    }
+    // Thirty-two letters are a passphrase whose mark was forgotten.
+    let is_text = bytes.iter().all(|byte| matches!(byte, b' '..=b'~' | b'\n' | b'\r'));
+    if bytes.len() == KEY_LEN && !is_text {
+        return key_of(bytes);
+    }
+    let text = std::str::from_utf8(bytes).ok()?;
+    if let Some(passphrase) = text.strip_prefix(PASSPHRASE) {
+        let passphrase = passphrase.trim_end_matches(['\n', '\r']);
+        return (!passphrase.is_empty()).then(|| Key::from_passphrase(passphrase));
+    }
+    let text = text.trim().as_bytes();
+    let decoders = [&HEXLOWER_PERMISSIVE, &BASE64, &BASE64_NOPAD];
+    let decoded = decoders.into_iter().filter_map(|it| it.decode(text).ok().map(Zeroizing::new));
+    decoded.into_iter().find_map(|bytes| key_of(&bytes))
+}
+
+fn key_of(bytes: &[u8]) -> Option<Key> {
+    let bytes: &[u8; KEY_LEN] = bytes.try_into().ok()?;
+    Key::new(Zeroizing::new(*bytes))
+}
+
+/// For a fuzzer: reads a key file.
+pub fn fuzz_key(data: &[u8]) {
+    let key = parse_key(data);
+    if data.len() == KEY_LEN && data.iter().any(|byte| *byte > b'~') {
+        assert!(key.is_some());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::test_dir::TempDir;
+
+    const RAW: [u8; 32] = [0xa5; 32];
+
+    fn raw() -> Option<Key> {
+        Key::new(Zeroizing::new(RAW))
+    }
+
+    #[test]
+    fn a_key_is_32_bytes_in_any_spelling_or_a_passphrase() {
+        assert!(parse_key(&RAW) == raw());
+        assert!(parse_key("a5".repeat(32).as_bytes()) == raw());
+        assert!(parse_key(format!("{}\n", "A5".repeat(32)).as_bytes()) == raw());
+        let base64 = BASE64.encode(&RAW);
+        assert!(parse_key(format!("{base64}\r\n").as_bytes()) == raw());
+        assert!(parse_key(base64.trim_end_matches('=').as_bytes()) == raw());
+        let passphrase = Some(Key::from_passphrase("my dog"));
+        assert!(parse_key(b"passphrase:my dog\n") == passphrase);
+        assert!(parse_key(b"passphrase:my dog\r\n") == passphrase);
+        assert!(parse_key(b"passphrase: my dog") != passphrase);
+    }
+
+    #[test]
+    fn what_is_no_key_is_none() {
+        let long = vec![b'a'; 5_000];
+        let none: [&[u8]; 9] = [
+            b"",
+            b"passphrase:",
+            b"passphrase:\n",
+            b"a5a5",
+            &[0; 32],
+            &[0xa5; 31],
+            &[0xa5; 33],
+            b"this is a passphrase of mine 32b",
+            &long,
+        ];
+        for bytes in none {
+            assert!(parse_key(bytes).is_none(), "{bytes:?}");
+        }
+        assert!(parse_key("00".repeat(32).as_bytes()).is_none());
+    }
+
+    #[test]
+    fn exercise_fuzz_key() {
+        for data in [&RAW[..], b"passphrase:\xff", b"a5", "\u{e4}".repeat(32).as_bytes()] {
+            fuzz_key(data);
+        }
+    }
+
+    fn loaded(files: &[KeyFile]) -> Result<(), Vec<(&'static str, KeyError)>> {
+        load_keys(&mut "udpin::1?sign=radio".parse().unwrap(), files)
+    }
+
+    #[test]
+    fn a_key_that_others_may_read_is_refused() {
+        let dir = TempDir::new("keys");
+        let path = dir.write("radio.key", &"a5".repeat(32));
+        let files = [KeyFile { name: "radio".into(), path: path.clone() }];
+        for mode in [0o644, 0o640, 0o604, 0o620] {
+            fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
+            let errors = loaded(&files).unwrap_err();
+            let shown = path.display();
+            let text = format!(
+                "key `radio`: {shown} is open to others than its owner (mode {mode:03o}): chmod 600 {shown}"
+            );
+            assert_eq!((errors[0].0, errors[0].1.to_string()), ("sign", text));
+        }
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o600)).unwrap();
+        loaded(&files).unwrap();
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_key_is_told_with_a_remedy() {
+        let tell = |name: &str, path: &str| {
+            let errors = loaded(&[KeyFile { name: name.into(), path: path.into() }]).unwrap_err();
+            errors[0].1.to_string()
+        };
+        assert_eq!(tell("radios", "x"), "no key is called `radio`: did you mean `radios`?");
+        assert!(tell("lte", "x").ends_with("with `keys` in a configuration file or with --key"));
+        assert!(
+            tell("radio", "/nowhere/x").starts_with("key `radio`: cannot read /nowhere/x: No such")
+        );
+        assert_eq!(tell("radio", "/"), "key `radio`: / is no file");
+    }
+}

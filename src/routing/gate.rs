@@ -1,0 +1,293 @@
+//! What stands between a link and the router where the user asks for it: who may send here at all,
+//! and how fast; signatures checked on the way in and made on the way out.
+//!
+//! A link without any of this has no gate, and costs nothing. What a gate refuses teaches nothing.
+
+use super::counters::DropReason;
+use super::group::Membership;
+use super::link_set::LinkId;
+use super::options::{LinkOptions, RouterEvent};
+use super::port::Port;
+use super::queue::Precedence;
+use super::router::{Router, push_event};
+use super::signing::{HeardId, Signing, SigningClock};
+use super::time::Time;
+use crate::mavlink::{CheckedFrame, FrameBuffer, Key, MessageId, Refusal, Version};
+
+/// What is asked of the frames of a link; the default asks nothing.
+#[derive(Clone, PartialEq, Eq, Default, Debug)]
+pub struct GateOptions {
+    /// Nothing that comes from here is taken.
+    pub is_readonly: bool,
+    /// So many frames are taken in a second at most, 1..=1,000,000.
+    pub max_rate: Option<u32>,
+    /// What comes must be signed.
+    pub verify: Option<Verify>,
+    /// What leaves is signed.
+    pub sign: Option<Sign>,
+}
+
+/// How signatures are checked.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Verify {
+    /// What they must have been made with.
+    pub key: Key,
+    /// Messages that may come unsigned.
+    pub allow_unsigned: Vec<MessageId>,
+    /// Whether frames go on without their signature.
+    pub strip: bool,
+}
+
+/// How signatures are made.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Sign {
+    /// With which key.
+    pub key: Key,
+    /// What becomes of MAVLink 1, which cannot be signed.
+    pub v1: OldFrames,
+}
+
+/// What becomes of a frame of MAVLink 1 where frames are signed.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+pub enum OldFrames {
+    /// It leaves as it is.
+    #[default]
+    Pass,
+    /// It is made one of MAVLink 2, and signed.
+    Upgrade,
+    /// It is dropped.
+    Drop,
+}
+
+/// The gate of one link.
+#[derive(Debug)]
+pub(super) struct Gate {
+    options: GateOptions,
+    /// The link id in the signatures that are made here (rule 59).
+    link: u8,
+    /// The streams that frames from here belong to, if they are checked.
+    heard: Option<HeardId>,
+    bucket: Bucket,
+}
+
+/// Lets so many frames through in a second; what was not used is saved up for one second.
+#[derive(Clone, Copy, Debug)]
+struct Bucket {
+    /// In millionths of a frame, so that each microsecond brings the rate.
+    level: u64,
+    filled: Time,
+}
+
+/// One frame, in a [`Bucket`].
+const FRAME: u64 = 1_000_000;
+
+impl Bucket {
+    fn permit(&mut self, rate: u32, now: Time) -> bool {
+        let rate = u64::from(rate);
+        let micros = u64::try_from(now.since(self.filled).as_micros()).unwrap_or(u64::MAX);
+        self.level = self.level.saturating_add(micros.saturating_mul(rate)).min(rate * FRAME);
+        self.filled = now;
+        let is_permitted = self.level >= FRAME;
+        if is_permitted {
+            self.level -= FRAME;
+        }
+        is_permitted
+    }
+}
+
+impl Gate {
+    /// The gate that `options` ask for, if they ask for any.
+    pub(super) fn new(
+        options: &GateOptions,
+        membership: Option<Membership>,
+        link: LinkId,
+        signing: &mut Signing,
+        now: Time,
+    ) -> Option<Box<Self>> {
+        if *options == GateOptions::default() {
+            return None;
+        }
+        let member = membership.map(|membership| membership.member);
+        let heard = options.verify.as_ref().map(|it| signing.streams_of(&it.key, member));
+        let bucket = Bucket { level: u64::MAX, filled: now };
+        // From the top: vehicles and ground stations number their own from the bottom.
+        let link = 255 - (link.index() % 255) as u8;
+        Some(Box::new(Self { options: options.clone(), link, heard, bucket }))
+    }
+
+    /// A frame that came, as it goes on.
+    fn let_in<'a>(
+        &mut self,
+        frame: &CheckedFrame<'a>,
+        signing: &mut Signing,
+        now: Time,
+        buffer: &'a mut FrameBuffer,
+    ) -> Result<CheckedFrame<'a>, DropReason> {
+        if self.options.is_readonly {
+            return Err(DropReason::ReadOnly);
+        }
+        if self.options.max_rate.is_some_and(|rate| !self.bucket.permit(rate, now)) {
+            return Err(DropReason::MaxRate);
+        }
+        let (Some(verify), Some(heard)) = (&self.options.verify, self.heard) else {
+            return Ok(*frame);
+        };
+        match signing.accept(heard, frame, now) {
+            Err(Refusal::Unsigned) if verify.allow_unsigned.contains(&frame.header.id) => {
+                Ok(*frame)
+            }
+            Err(refusal) => Err(refusal.into()),
+            Ok(()) if verify.strip => Ok(buffer.strip(frame).unwrap_or(*frame)),
+            Ok(()) => Ok(*frame),
+        }
+    }
+
+    /// A frame that leaves, in the layout in which it does; `None` if there is none.
+    fn shape<'a>(
+        &self,
+        frame: &CheckedFrame<'a>,
+        buffer: &'a mut FrameBuffer,
+    ) -> Option<CheckedFrame<'a>> {
+        match &self.options.sign {
+            Some(sign) if frame.header.version == Version::V1 => match sign.v1 {
+                OldFrames::Pass => Some(*frame),
+                OldFrames::Upgrade => buffer.upgrade(frame),
+                OldFrames::Drop => None,
+            },
+            _ => Some(*frame),
+        }
+    }
+
+    /// The frame with a signature, if it gets one.
+    fn sign<'a>(
+        &self,
+        frame: &CheckedFrame<'a>,
+        clock: &mut SigningClock,
+        now: Time,
+        buffer: &'a mut FrameBuffer,
+    ) -> CheckedFrame<'a> {
+        let is_due = frame.header.version == Version::V2 && !frame.header.signed;
+        match &self.options.sign {
+            Some(sign) if is_due => {
+                buffer.sign(frame, &sign.key, self.link, clock.next(now)).unwrap_or(*frame)
+            }
+            _ => *frame,
+        }
+    }
+}
+
+impl From<Refusal> for DropReason {
+    fn from(refusal: Refusal) -> Self {
+        match refusal {
+            Refusal::Unsigned => Self::Unsigned,
+            Refusal::WrongSignature => Self::WrongSignature,
+            Refusal::Replayed => Self::Replayed,
+            Refusal::TooOld => Self::TooOld,
+            Refusal::TooManyStreams => Self::TooManyStreams,
+        }
+    }
+}
+
+impl Router {
+    /// Takes a frame that arrived on a link with a gate, and was counted.
+    #[inline(never)]
+    pub(super) fn handle_gated(
+        &mut self,
+        link: LinkId,
+        frame: &CheckedFrame<'_>,
+        now: Time,
+    ) -> bool {
+        let Some(Some(port)) = self.ports.get_mut(link.index()) else { return false };
+        let Some(gate) = &mut port.gate else { return false };
+        let mut buffer = FrameBuffer::default();
+        match gate.let_in(frame, &mut self.signing, now, &mut buffer) {
+            Ok(frame) => self.admit(link, &frame, now),
+            Err(reason) => {
+                port.counters[reason] += 1;
+                let source = frame.header.source;
+                if reason.is_refusal() && self.signing.told.is_due((link, source), now) {
+                    push_event(&mut self.events, RouterEvent::Refused(source, link, reason));
+                }
+                false
+            }
+        }
+    }
+
+    /// Whether a frame shows that whoever sent it may be let in at such a gate.
+    pub fn would_let_in(
+        &self,
+        options: &GateOptions,
+        membership: Option<Membership>,
+        frame: &CheckedFrame<'_>,
+        now: Time,
+    ) -> bool {
+        let member = membership.map(|membership| membership.member);
+        let believes = |verify: &Verify| self.signing.would_accept(&verify.key, member, frame, now);
+        options.verify.as_ref().is_none_or(believes)
+    }
+
+    /// The time that is signed with.
+    pub fn signing_clock(&self) -> &SigningClock {
+        &self.signing.clock
+    }
+
+    /// The same, to be put forward.
+    pub fn signing_clock_mut(&mut self) -> &mut SigningClock {
+        &mut self.signing.clock
+    }
+}
+
+impl Port {
+    /// Makes the gate that the options of the link ask for.
+    pub(super) fn set_gate(&mut self, link: LinkId, signing: &mut Signing, now: Time) {
+        let LinkOptions { gate, membership, .. } = &self.options;
+        self.gate = Gate::new(gate, *membership, link, signing, now);
+    }
+
+    /// Whether frames come and go through a gate.
+    #[inline]
+    pub(super) fn has_gate(&self) -> bool {
+        self.gate.is_some()
+    }
+
+    /// Queues a frame in the shape that the gate gives it, or counts why not.
+    #[inline(never)]
+    pub(super) fn offer_gated(
+        &mut self,
+        frame: &CheckedFrame<'_>,
+        precedence: Precedence,
+        clock: &mut SigningClock,
+        now: Time,
+    ) {
+        // Out of the port for the time being, so that both can be used.
+        let Some(gate) = self.gate.take() else { return };
+        let (mut shaped, mut signed) = <(FrameBuffer, FrameBuffer)>::default();
+        if let Some(reason) = self.refusal(frame, precedence, now) {
+            self.counters[reason] += 1;
+        } else if let Some(frame) = gate.shape(frame, &mut shaped) {
+            // In the order of the queue, so that no stream goes back (rule 42).
+            let frame = gate.sign(&frame, clock, now, &mut signed);
+            self.queue(&frame, precedence, now);
+        } else {
+            self.counters[DropReason::Unsignable] += 1;
+        }
+        self.gate = Some(gate);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bucket_lets_the_rate_through_and_saves_up_a_second() {
+        let mut bucket = Bucket { level: u64::MAX, filled: Time::ZERO };
+        let mut passed = |from: u64, to: u64| {
+            let at = (from..to).map(Time::from_millis);
+            at.filter(|now| bucket.permit(100, *now)).count()
+        };
+        assert_eq!(passed(0, 1_000), 199, "what was saved up, and what came since");
+        assert_eq!(passed(1_000, 2_000), 100);
+        assert_eq!(passed(60_000, 60_050), 50);
+    }
+}
