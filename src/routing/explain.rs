@@ -74,7 +74,8 @@ impl Explanation {
 
 impl Router {
     /// What would become of a frame that came from `link` now and had not come before; `None` if
-    /// there is no such link. [`Router::handle`] would do the same.
+    /// there is no such link. [`Router::handle`] would do the same. If the link asks for signatures,
+    /// the frame is taken for one that has a good one.
     pub fn explain(
         &self,
         link: LinkId,
@@ -82,7 +83,9 @@ impl Router {
         now: Time,
     ) -> Option<Explanation> {
         let port = self.port(link)?;
-        let refused = (!port.takes(frame)).then_some(DropReason::FilteredIn);
+        let is_filtered = !port.takes(frame);
+        let refused =
+            port.gate_refusal(now).or_else(|| is_filtered.then_some(DropReason::FilteredIn));
         let mut groups = self.groups.clone();
         let mut decision = Decision {
             options: self.options,

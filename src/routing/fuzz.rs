@@ -110,7 +110,11 @@ impl Model {
             },
             filter_in: if a & 128 != 0 { without(b & 1) } else { FilterLists::default() },
             filter_out: if b & 2 != 0 { without(b >> 7) } else { FilterLists::default() },
-            gate: GateOptions::default(),
+            gate: GateOptions {
+                is_readonly: b & 28 == 28,
+                max_rate: (b & 40 == 40).then_some(20),
+                ..GateOptions::default()
+            },
         };
         let Some(link) = self.router.add_link(options.clone(), self.now) else { return };
         assert!(self.links.iter().all(|other| other.link != link), "a link's number is its own");

@@ -142,6 +142,17 @@ impl Gate {
         }
     }
 
+    /// Why nothing at all is let in now, if so.
+    fn refusal(&self, now: Time) -> Option<DropReason> {
+        // The original is left as it is: nothing came.
+        let mut bucket = self.bucket;
+        if self.options.is_readonly {
+            return Some(DropReason::ReadOnly);
+        }
+        let is_flooded = self.options.max_rate.is_some_and(|rate| !bucket.permit(rate, now));
+        is_flooded.then_some(DropReason::MaxRate)
+    }
+
     /// A frame that leaves, in the layout in which it does; `None` if there is none.
     fn shape<'a>(
         &self,
@@ -242,6 +253,11 @@ impl Port {
     pub(super) fn set_gate(&mut self, link: LinkId, signing: &mut Signing, now: Time) {
         let LinkOptions { gate, membership, .. } = &self.options;
         self.gate = Gate::new(gate, *membership, link, signing, now);
+    }
+
+    /// Why the gate takes nothing at all now, if it does not.
+    pub(super) fn gate_refusal(&self, now: Time) -> Option<DropReason> {
+        self.gate.as_ref()?.refusal(now)
     }
 
     /// Whether frames come and go through a gate.

@@ -158,6 +158,14 @@ fn words(reason: &str) -> (&str, &str) {
             "its queue is full: the line carries less than it is sent",
             "send it less: a faster line, `rate` caps, or lists of what goes out",
         ),
+        "readonly" => (
+            "nothing is taken from this endpoint (readonly)",
+            "leave out `readonly` if whoever is there shall be heard",
+        ),
+        "max_rate" => (
+            "too many frames come from there in a second (max_rate)",
+            "raise `max_rate`, or find out who floods: `mavswitch listen from=NAME`",
+        ),
         "rate_cap" => ("its cap on this message has let one through just now", ""),
         _ => (reason, ""),
     }
