@@ -19,7 +19,7 @@ use crate::config::{
 };
 use crate::routing::Learn;
 
-pub use ask::{AskArgs, AskError, EndpointCommand, LogLevelArgs, StatusArgs};
+pub use ask::{AskArgs, AskError, EndpointCommand, LogLevelArgs, RecordCommand, StatusArgs};
 pub use log::{LogCommand, LogError};
 pub use record::RecordArgs;
 pub use routerd::{NOTHING_FOR_ROUTERD, ROUTERD, RouterdCli};
@@ -91,6 +91,9 @@ pub enum Command {
     Endpoint(EndpointCommand),
     /// Watch what is going on in a running mavswitch, live on the terminal
     Top(AskArgs),
+    /// Have a running mavswitch start or stop to record telemetry
+    #[command(subcommand)]
+    Record(RecordCommand),
     /// Have a running mavswitch log more or less
     LogLevel(LogLevelArgs),
     /// Print the effective configuration, of files and command line together, as a file

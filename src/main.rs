@@ -49,6 +49,7 @@ fn main() -> ExitCode {
         Some(Command::Why(args)) => answered(args.run()),
         Some(Command::Listen(args)) => listen(args),
         Some(Command::Endpoint(command)) => answered(command.run()),
+        Some(Command::Record(command)) => answered(command.run()),
         Some(Command::LogLevel(args)) => answered(args.run()),
         Some(Command::Top(ask)) => top(ask.control.as_deref()).map_err(Into::into),
         Some(Command::Config(_)) => print_config(&cli),

@@ -49,6 +49,9 @@ _mavswitch() {
             mavswitch,ports)
                 cmd="mavswitch__subcmd__ports"
                 ;;
+            mavswitch,record)
+                cmd="mavswitch__subcmd__record"
+                ;;
             mavswitch,status)
                 cmd="mavswitch__subcmd__status"
                 ;;
@@ -127,6 +130,9 @@ _mavswitch() {
             mavswitch__subcmd__help,ports)
                 cmd="mavswitch__subcmd__help__subcmd__ports"
                 ;;
+            mavswitch__subcmd__help,record)
+                cmd="mavswitch__subcmd__help__subcmd__record"
+                ;;
             mavswitch__subcmd__help,status)
                 cmd="mavswitch__subcmd__help__subcmd__status"
                 ;;
@@ -163,6 +169,12 @@ _mavswitch() {
             mavswitch__subcmd__help__subcmd__log,merge)
                 cmd="mavswitch__subcmd__help__subcmd__log__subcmd__merge"
                 ;;
+            mavswitch__subcmd__help__subcmd__record,start)
+                cmd="mavswitch__subcmd__help__subcmd__record__subcmd__start"
+                ;;
+            mavswitch__subcmd__help__subcmd__record,stop)
+                cmd="mavswitch__subcmd__help__subcmd__record__subcmd__stop"
+                ;;
             mavswitch__subcmd__log,cut)
                 cmd="mavswitch__subcmd__log__subcmd__cut"
                 ;;
@@ -193,6 +205,24 @@ _mavswitch() {
             mavswitch__subcmd__log__subcmd__help,merge)
                 cmd="mavswitch__subcmd__log__subcmd__help__subcmd__merge"
                 ;;
+            mavswitch__subcmd__record,help)
+                cmd="mavswitch__subcmd__record__subcmd__help"
+                ;;
+            mavswitch__subcmd__record,start)
+                cmd="mavswitch__subcmd__record__subcmd__start"
+                ;;
+            mavswitch__subcmd__record,stop)
+                cmd="mavswitch__subcmd__record__subcmd__stop"
+                ;;
+            mavswitch__subcmd__record__subcmd__help,help)
+                cmd="mavswitch__subcmd__record__subcmd__help__subcmd__help"
+                ;;
+            mavswitch__subcmd__record__subcmd__help,start)
+                cmd="mavswitch__subcmd__record__subcmd__help__subcmd__start"
+                ;;
+            mavswitch__subcmd__record__subcmd__help,stop)
+                cmd="mavswitch__subcmd__record__subcmd__help__subcmd__stop"
+                ;;
             *)
                 ;;
         esac
@@ -200,7 +230,7 @@ _mavswitch() {
 
     case "${cmd}" in
         mavswitch)
-            opts="-c -v -q -h -V --config --learn --strict --route-age --sniffer --dialect --metrics --key --control --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help --version dialect ports completions check import log status why listen endpoint top log-level config help"
+            opts="-c -v -q -h -V --config --learn --strict --route-age --sniffer --dialect --metrics --key --control --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help --version dialect ports completions check import log status why listen endpoint top record log-level config help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 1 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -668,7 +698,7 @@ _mavswitch() {
             return 0
             ;;
         mavswitch__subcmd__help)
-            opts="dialect ports completions check import log status why listen endpoint top log-level config help"
+            opts="dialect ports completions check import log status why listen endpoint top record log-level config help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -950,6 +980,48 @@ _mavswitch() {
         mavswitch__subcmd__help__subcmd__ports)
             opts=""
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
+        mavswitch__subcmd__help__subcmd__record)
+            opts="start stop"
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
+        mavswitch__subcmd__help__subcmd__record__subcmd__start)
+            opts=""
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 4 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
+        mavswitch__subcmd__help__subcmd__record__subcmd__stop)
+            opts=""
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 4 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
             fi
@@ -1322,6 +1394,124 @@ _mavswitch() {
                 return 0
             fi
             case "${prev}" in
+                --log-format)
+                    COMPREPLY=($(compgen -W "auto text json journal plain" -- "${cur}"))
+                    return 0
+                    ;;
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
+        mavswitch__subcmd__record)
+            opts="-v -q -h --verbose --quiet --log-format --help start stop help"
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                --log-format)
+                    COMPREPLY=($(compgen -W "auto text json journal plain" -- "${cur}"))
+                    return 0
+                    ;;
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
+        mavswitch__subcmd__record__subcmd__help)
+            opts="start stop help"
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
+        mavswitch__subcmd__record__subcmd__help__subcmd__help)
+            opts=""
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 4 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
+        mavswitch__subcmd__record__subcmd__help__subcmd__start)
+            opts=""
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 4 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
+        mavswitch__subcmd__record__subcmd__help__subcmd__stop)
+            opts=""
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 4 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
+        mavswitch__subcmd__record__subcmd__start)
+            opts="-v -q -h --control --verbose --quiet --log-format --help"
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                --control)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --log-format)
+                    COMPREPLY=($(compgen -W "auto text json journal plain" -- "${cur}"))
+                    return 0
+                    ;;
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
+        mavswitch__subcmd__record__subcmd__stop)
+            opts="-v -q -h --control --verbose --quiet --log-format --help"
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                --control)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
                 --log-format)
                     COMPREPLY=($(compgen -W "auto text json journal plain" -- "${cur}"))
                     return 0

@@ -80,6 +80,23 @@ pub enum EndpointCommand {
     },
 }
 
+/// Whether a running daemon records telemetry. It lasts until the next start.
+#[derive(Subcommand, Debug)]
+pub enum RecordCommand {
+    /// Record telemetry from now on, to the directory that is configured
+    Start {
+        /// Whom to tell
+        #[command(flatten)]
+        ask: AskArgs,
+    },
+    /// End the telemetry log, and record no more
+    Stop {
+        /// Whom to tell
+        #[command(flatten)]
+        ask: AskArgs,
+    },
+}
+
 /// What to log from now on.
 #[derive(Args, Clone, Debug)]
 pub struct LogLevelArgs {
@@ -172,6 +189,21 @@ impl EndpointCommand {
             Self::Disable { name, ask } => (ask, Request::EndpointDisable { name: name.clone() }),
         };
         ask.tell(request)
+    }
+}
+
+impl RecordCommand {
+    /// Has it done; says what was done.
+    ///
+    /// # Errors
+    ///
+    /// If there is no daemon that does it.
+    pub fn run(&self) -> Result<String, AskError> {
+        let (ask, enabled) = match self {
+            Self::Start { ask } => (ask, true),
+            Self::Stop { ask } => (ask, false),
+        };
+        ask.tell(Request::Record { enabled })
     }
 }
 

@@ -73,6 +73,11 @@ pub enum Request {
         #[serde(default)]
         filter: String,
     },
+    /// Begin or stop to record telemetry.
+    Record {
+        /// Whether it is to be recorded.
+        enabled: bool,
+    },
     /// Log at another level from now on.
     LogLevel {
         /// `error`, `warn`, `info`, `debug` or `trace`.

@@ -7,6 +7,7 @@
 mod client;
 mod endpoints;
 mod listen;
+mod record;
 mod socket;
 mod why;
 
@@ -215,6 +216,7 @@ impl Daemon {
             Request::EndpointDisable { name } => self.request_enabled(&name, false),
             Request::Why { from, to, message } => self.request_why(&from, &to, message.as_deref()),
             Request::Listen { filter } => self.begin_listen(slot, id, &filter),
+            Request::Record { enabled } => self.request_record(enabled),
             Request::LogLevel { level } => self.request_log_level(&level),
         }
     }

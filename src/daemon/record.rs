@@ -1,5 +1,6 @@
 //! Recording as the loop sees it: one recorder or none, told when a turn begins and ends.
 
+use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
 use tracing::{info, warn};
@@ -8,7 +9,8 @@ use super::endpoint_table::EndpointId;
 use super::event_loop::Daemon;
 use super::open::OpenError;
 use crate::config::{Address, EndpointOptions, FlightLog, RecordOptions};
-use crate::record::{Collector, Recorder, Replay, ReplayOptions};
+use crate::record::{self, Collector, Recorder, Replay, ReplayOptions};
+use crate::status::{RecordState, RecordStatus};
 
 /// How long the writer may take at the end for what waits: a card that hangs keeps nobody.
 const CLOSING: Duration = Duration::from_secs(2);
@@ -62,6 +64,28 @@ impl Daemon {
         self.stop_recorder();
         self.start_recorder();
         info!("recording anew: its options have changed");
+    }
+
+    /// How recording is getting on, if there is any.
+    pub(super) fn record_status(&self) -> Option<RecordStatus> {
+        let recorder = self.recorder.as_ref()?;
+        let status = recorder.status();
+        let name = |path: &PathBuf| path.display().to_string();
+        Some(RecordStatus {
+            state: match status.state {
+                _ if !recorder.is_running() => RecordState::Stopped,
+                record::RecordState::Waiting => RecordState::Waiting,
+                record::RecordState::Recording => RecordState::Recording,
+                record::RecordState::Failing => RecordState::Failing,
+            },
+            file: status.file.as_ref().map(name),
+            flight_files: status.flight_files.iter().map(name).collect(),
+            frames: status.frames,
+            bytes: status.bytes,
+            files: status.files,
+            lost: status.lost,
+            error: status.error,
+        })
     }
 
     /// Begins to play back a log.

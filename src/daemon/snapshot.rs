@@ -31,6 +31,7 @@ impl Daemon {
             endpoints: endpoints.collect(),
             components,
             messages: self.message_status(),
+            record: self.record_status(),
         }
     }
 

@@ -140,6 +140,11 @@ impl Recorder {
         is_change
     }
 
+    /// Whether telemetry is recorded, now or as soon as there is something to record.
+    pub fn is_running(&self) -> bool {
+        self.is_running
+    }
+
     /// How it is getting on.
     pub fn status(&self) -> RecordStatus {
         self.shared.status()

@@ -9,6 +9,7 @@ mod names;
 mod page;
 mod prometheus;
 mod rates;
+mod record;
 mod snapshot;
 mod text;
 mod why;
@@ -18,6 +19,7 @@ pub use diagnosis::{Finding, diagnose};
 pub use page::PAGE;
 pub use prometheus::{MAX_COMPONENT_SERIES, Metrics, MetricsFormat};
 pub use rates::{Rate, Rates};
+pub use record::{RecordState, RecordStatus};
 pub use snapshot::{
     ArmedState, ComponentStatus, Counters, EndpointState, EndpointStatus, FORMAT, HeardStatus,
     LinkStatus, MessageStatus, Program, QueueStatus, Snapshot, Vehicle,

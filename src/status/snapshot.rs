@@ -9,6 +9,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::record::RecordStatus;
+
 /// The version of the JSON that a [`Snapshot`] is written as.
 pub const FORMAT: u32 = 1;
 
@@ -27,6 +29,9 @@ pub struct Snapshot {
     pub components: Vec<ComponentStatus>,
     /// What they sent, by message: the most frequent first. Bounded; the rest is in no entry.
     pub messages: Vec<MessageStatus>,
+    /// What is recorded, if a directory for that is configured.
+    #[serde(default)]
+    pub record: Option<RecordStatus>,
 }
 
 /// The program that runs.

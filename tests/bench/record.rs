@@ -236,6 +236,8 @@ fn join(from: &UdpSocket, to: &UdpSocket) {
         if to.recv(&mut buffer).is_ok() {
             return;
         }
+        // Before it listens, the system refuses at once.
+        thread::sleep(Duration::from_millis(50));
     }
     panic!("the router does not answer");
 }

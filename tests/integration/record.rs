@@ -113,3 +113,46 @@ fn a_full_disk_costs_no_frame_and_recording_goes_on_when_there_is_room() {
     assert_eq!(fs::read_dir(&card).unwrap().count(), 1);
     sh(&format!("umount {}", card.display()));
 }
+
+#[test]
+fn recording_is_stopped_started_and_looked_at_while_frames_flow() {
+    let dir = TempDir::new();
+    let (records, socket) = (dir.path("records"), dir.path("control"));
+    let router = Router::start(&[
+        "--record",
+        records.to_str().unwrap(),
+        "--record-min-free=0",
+        "--control",
+        socket.to_str().unwrap(),
+        "tcpin:127.0.0.1:0?name=fc",
+        "tcpin:127.0.0.1:0?name=gcs",
+    ]);
+    let mut vehicle = router.tcp("fc", VEHICLE);
+    let mut gcs = router.tcp("gcs", GCS);
+    let ask = |words: &[&str]| {
+        let output = run(&[words, &["--control", socket.to_str().unwrap()]].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let state = || {
+        let status: serde_json::Value = serde_json::from_str(&ask(&["status", "--json"])).unwrap();
+        status["record"]["state"].as_str().unwrap().to_owned()
+    };
+    let mut fly = |number: u32| {
+        vehicle.send(attitude(VEHICLE, number));
+        gcs.expect(attitude(VEHICLE, number));
+    };
+    fly(1);
+    eventually("it records", || state() == "recording");
+    ask(&["record", "stop"]);
+    assert_eq!(state(), "stopped");
+    fly(2);
+    ask(&["record", "start"]);
+    fly(3);
+    router.signal(Signal::TERM);
+    assert!(router.wait_for_end().0.success());
+    let flown = [1, 2, 3].map(|number| attitude(VEHICLE, number));
+    let frames: Vec<_> = recorded(&records).into_iter().filter(|it| flown.contains(it)).collect();
+    assert_eq!(frames, [flown[0].clone(), flown[2].clone()]);
+    assert_eq!(fs::read_dir(&records).unwrap().count(), 2);
+}
