@@ -10,14 +10,9 @@
 //! Three things are let through besides, each so that it cannot go on for ever:
 //! - between links of one group without `dedup`, each brings it once more for each time that the
 //!   first one does: the user wants both;
-//! - when the link that was first is gone, as with a program that connects anew, or the frame came
-//!   over it too long ago, another takes its place, but only once within the time, for the frame may
-//!   also have gone round;
-//! - what is forgotten, as there were too many others.
-//!
-//! A frame that a cable held back for longer than it is remembered to go round would otherwise turn
-//! the tree into a ring: each router on it would take it over from the one before, and from then on
-//! pass it on with every lap. While its source goes on over another link, it is no news at all.
+//! - when the link that was first is gone, as with a program that connects anew, another takes its
+//!   place, but only once within the time, for the frame may also have gone round;
+//! - what is forgotten, as there were too many others or it was too long ago.
 //!
 //! The loop rule, that a broadcast is not sent to a link on which a broadcast of its source was just
 //! heard, saves some of the copies from being sent at all.
@@ -35,15 +30,15 @@ use crate::mavlink::CheckedFrame;
 /// A frame that goes round comes again within this time.
 pub const RING_WINDOW: Duration = Duration::from_secs(2);
 
-/// For so long a link may hold a frame back that came over another one, as modems do where there is
-/// no coverage.
+/// For so long a path of a group may hold a frame back that came over another one, as modems do
+/// where there is no coverage.
 pub const HELD_BACK: Duration = Duration::from_secs(30);
 
-/// A link that was heard within this time says where its sources are in their counting.
+/// A path of a group that was heard within this time says where its sources are in their counting.
 const COUNTING: Duration = Duration::from_secs(2);
 
-/// So many frames one link may be ahead of another, or have lost, for a frame to be new that has the
-/// same bytes as an old one.
+/// So many frames one path of a group may be ahead of another, or have lost, for a frame to be new
+/// that has the same bytes as an old one.
 const AHEAD: u8 = 16;
 
 /// Whether a frame came before.
@@ -103,23 +98,19 @@ impl Known<'_> {
         let (first, age) = (seen.first(), seen.age(self.now));
         let is_recent = age < RING_WINDOW;
         let is_first_gone = self.port(first.link).is_none_or(|port| port.life != first.life);
-        let went_round = || is_recent || age < HELD_BACK && self.is_behind(|_| true);
         let arrival = if self.from == first {
-            if seen.is_inherited() && went_round() { Arrival::Copy } else { Arrival::New }
+            if seen.is_inherited() && is_recent { Arrival::Copy } else { Arrival::New }
         } else if self.dedup().is_some_and(|window| age < window) {
             Arrival::Copy
         } else if self.is_beside(first.link) {
             self.judge_parallel(seen, age)
-        } else if !is_first_gone && went_round() {
+        } else if is_recent && !is_first_gone {
             Arrival::Copy
         } else {
             Arrival::New
         };
-        let is_heir = self.from != first && !self.is_beside(first.link);
         match arrival {
-            Arrival::New if is_heir && is_first_gone == is_recent => {
-                seen.inherit(self.from, self.now);
-            }
+            Arrival::New if is_first_gone && is_recent => seen.inherit(self.from, self.now),
             Arrival::New => seen.renew(self.from, self.now),
             Arrival::Parallel | Arrival::Copy => {}
         }
@@ -128,25 +119,25 @@ impl Known<'_> {
 
     /// The frame came over another link of the same group before, but not within `dedup`.
     fn judge_parallel(&self, seen: &mut Seen, age: Duration) -> Arrival {
-        let is_late = age < HELD_BACK && self.is_behind(|link| self.is_beside(link));
         if self.dedup().is_some() {
-            return if is_late { Arrival::Copy } else { Arrival::New };
+            let is_copy = age < HELD_BACK && self.is_behind();
+            return if is_copy { Arrival::Copy } else { Arrival::New };
         }
-        match age < RING_WINDOW || is_late {
+        match age < RING_WINDOW {
             true if seen.note(self.from.link) => Arrival::Parallel,
             true => Arrival::Copy,
             false => Arrival::New,
         }
     }
 
-    /// Whether the source has gone on counting since over another link, of those that are meant.
+    /// Whether the source has gone on counting over another link of the group since.
     ///
     /// A source that counts nothing never has, and neither has one whose frames come over this link
     /// alone: what they say again is new.
-    fn is_behind(&self, is_meant: impl Fn(LinkId) -> bool) -> bool {
+    fn is_behind(&self) -> bool {
         let Some(known) = self.table.find(self.frame.header.source) else { return false };
         let is_counting = |heard: &&Heard| {
-            let is_other = heard.link != self.from.link && is_meant(heard.link);
+            let is_other = heard.link != self.from.link && self.is_beside(heard.link);
             is_other && self.now.since(heard.last) < COUNTING
         };
         let newest = known.heard.iter().filter(is_counting).max_by_key(|heard| heard.last);

@@ -19,9 +19,6 @@ struct Mesh {
     carried: usize,
     /// The cable that loses the next frame.
     loses: Option<usize>,
-    /// The cable that holds back what it should carry, and what that is.
-    holds: Option<usize>,
-    held_back: Vec<(End, Vec<u8>)>,
     /// The link that closes once it has brought something.
     leaves: Option<End>,
     /// By chance every fourth frame is lost, if there is any.
@@ -39,8 +36,6 @@ impl Mesh {
             on_the_way: VecDeque::new(),
             carried: 0,
             loses: None,
-            holds: None,
-            held_back: Vec::new(),
             leaves: None,
             loss: None,
             now,
@@ -65,19 +60,8 @@ impl Mesh {
 
     /// `bytes` come in at one end of the mesh; what comes out at `exit`, when all is quiet?
     fn send(&mut self, at: End, bytes: &[u8], exit: End) -> usize {
-        self.on_the_way.push_back((at, bytes.to_vec()));
-        self.run(exit)
-    }
-
-    /// What was held back arrives; what comes out at `exit`?
-    fn release(&mut self, exit: End) -> usize {
-        self.holds = None;
-        self.on_the_way.extend(self.held_back.drain(..));
-        self.run(exit)
-    }
-
-    fn run(&mut self, exit: End) -> usize {
         let mut came_out = 0;
+        self.on_the_way.push_back((at, bytes.to_vec()));
         while let Some(((router, link), bytes)) = self.on_the_way.pop_front() {
             let (core, now) = (&mut self.routers[router], self.now);
             Receiver::new().each(&bytes, Input::Paused, |frame| {
@@ -111,10 +95,7 @@ impl Mesh {
                 if self.loss.as_mut().is_some_and(|random| random.below(4) == 0) {
                     return;
                 }
-                match self.holds == Some(number) {
-                    true => self.held_back.push((*to, bytes)),
-                    false => self.on_the_way.push_back((*to, bytes)),
-                }
+                self.on_the_way.push_back((*to, bytes));
                 return;
             }
         }
@@ -285,27 +266,6 @@ fn the_last_words_of_who_is_gone_make_no_storm() {
         mesh.loses = lossy;
         mesh.leaves = Some(script);
         assert!(mesh.send(script, &heartbeat(VEHICLE), station) > 0);
-        assert!(mesh.carried <= 12, "{} frames over 3 cables for one", mesh.carried);
-    }
-}
-
-/// A modem without coverage holds a frame back for longer than it is remembered to go round. Each
-/// router could take it for news then, from the one before it, and so for ever. While its source goes
-/// on by another way, nobody is told of it again.
-#[test]
-fn a_frame_that_was_held_back_for_long_does_not_go_round() {
-    for goes_on in [true, false] {
-        let mut mesh = Mesh::new(3, &[(0, 1), (1, 2), (2, 0)]);
-        let (vehicle, station) = (mesh.link(0), mesh.link(1));
-        mesh.holds = Some(0);
-        assert_eq!(mesh.send(vehicle, &heartbeat(VEHICLE), station), 1, "the other way");
-        mesh.holds = None;
-        match goes_on {
-            true => assert_eq!(mesh.fly(3, vehicle, station), 30),
-            false => mesh.now = mesh.now + Duration::from_secs(3),
-        }
-        mesh.carried = 0;
-        assert_eq!(mesh.release(station), usize::from(!goes_on), "{goes_on}: told again");
         assert!(mesh.carried <= 12, "{} frames over 3 cables for one", mesh.carried);
     }
 }
