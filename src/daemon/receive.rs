@@ -11,8 +11,9 @@ use super::links::{Output, StreamOutput};
 use super::peers::Admission;
 use super::timers::Timer;
 use crate::link::{BATCH, Stream};
-use crate::mavlink::{Input, Splitter};
-use crate::routing::LinkId;
+use crate::mavlink::{CheckedFrame, FrameBuffer, Input, Splitter};
+use crate::record::Recorder;
+use crate::routing::{LinkId, Router};
 
 /// How many batches a UDP socket may read in one turn. A stream reads once, up to 64 KiB: long
 /// enough to be worth the turn, short enough that a flood keeps nobody waiting.
@@ -200,7 +201,7 @@ impl Daemon {
                     && let Some(recorder) = &mut self.recorder
                     && self.io.endpoints[index].options().record
                 {
-                    recorder.record(&frame);
+                    record_taken(recorder, &self.router, link, &frame);
                 }
             }
         }
@@ -222,13 +223,17 @@ impl Daemon {
         let mut recorder =
             self.recorder.as_mut().filter(|_| self.io.endpoints[link.endpoint].options().record);
         let mut splitter = std::mem::take(&mut link.splitter);
+        let is_gated = self.router.is_gated(id);
         let mut verified = false;
         let mut cutter = splitter.cut(self.inbox.slot(slot), received, input);
         while let Some(frame) = cutter.next(&mut self.checker) {
             verified |= frame.verified;
             let is_taken = self.router.handle(id, &frame, self.now);
             if is_taken && let Some(recorder) = &mut recorder {
-                recorder.record(&frame);
+                match is_gated {
+                    true => record_taken(recorder, &self.router, id, &frame),
+                    false => recorder.record(&frame),
+                }
             }
             if self.router.has_filling() {
                 self.io.flush_filling(&mut self.router, self.now);
@@ -272,6 +277,13 @@ impl Daemon {
             }
         }
     }
+}
+
+/// Records a frame as the gate of its link let it in: it is known by that everywhere else.
+#[inline(never)]
+fn record_taken(recorder: &mut Recorder, router: &Router, link: LinkId, frame: &CheckedFrame<'_>) {
+    let mut buffers = <[FrameBuffer; 2]>::default();
+    recorder.record(&router.as_taken(link, frame, &mut buffers));
 }
 
 /// How long a link may stop in the middle of a frame.

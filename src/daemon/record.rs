@@ -48,11 +48,16 @@ impl Daemon {
 
     /// Ends recording; what waits is still written.
     pub(super) fn stop_recorder(&mut self) {
+        self.end_recorder(CLOSING);
+    }
+
+    /// The same, but the writer is waited for no longer than that.
+    fn end_recorder(&mut self, patience: Duration) {
         if let Some(collector) = self.collector.take() {
             self.remove_endpoint(collector, "recording has ended");
         }
         if let Some(recorder) = self.recorder.take() {
-            recorder.stop(CLOSING);
+            recorder.stop(patience);
         }
     }
 
@@ -61,7 +66,8 @@ impl Daemon {
         if self.general.record == *before {
             return;
         }
-        self.stop_recorder();
+        // While frames flow nobody waits for a disk: the writer ends by itself.
+        self.end_recorder(Duration::ZERO);
         self.start_recorder();
         info!("recording anew: its options have changed");
     }

@@ -185,7 +185,7 @@ impl Daemon {
             changed += usize::from(self.change_endpoint(index, settings));
         }
         self.add_endpoints(new.into_iter().map(|(settings, _)| settings));
-        self.begin_signing_time();
+        self.begin_signing_time(false);
         let (gone, new, kept) = counts;
         Counts {
             added: new - replaced,

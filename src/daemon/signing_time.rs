@@ -61,8 +61,9 @@ struct Writer {
 }
 
 impl Daemon {
-    /// Sets the clock of signatures, if an endpoint signs or verifies and it is not set yet.
-    pub(super) fn begin_signing_time(&mut self) {
+    /// Sets the clock of signatures, if an endpoint signs or verifies and it is not set yet. At the
+    /// start, before frames flow, it waits for the disk.
+    pub(super) fn begin_signing_time(&mut self, is_start: bool) {
         let mut gates = self.io.endpoints.iter().map(|endpoint| &endpoint.gate);
         let is_wanted = gates.any(|gate| gate.sign.is_some() || gate.verify.is_some());
         if self.signing_time.is_on || !is_wanted {
@@ -74,8 +75,11 @@ impl Daemon {
         let clock = begin(before, wall(), self.now);
         *self.router.signing_clock_mut() = clock;
         let kept = kept(&clock, self.now);
-        // Before anything is signed; later there is no time to wait for the disk.
-        let writer = path.filter(|path| keep(path, kept)).and_then(start_writer);
+        let writer = path.filter(|path| !is_start || keep(path, kept)).and_then(start_writer);
+        if let Some(writer) = writer.as_ref().filter(|_| !is_start) {
+            // Fails only if the thread is gone, which has told why.
+            let _ = writer.work.send(kept);
+        }
         self.signing_time = SigningTime { is_on: true, kept, looked: self.now, writer };
     }
 

@@ -12,9 +12,12 @@ const INCOMPAT: usize = 2;
 /// the checksum made anew, with the CRC_EXTRA that explains the old one. Any other frame, and one
 /// that no CRC_EXTRA explains, is returned as it is.
 pub fn unsigned<'a>(frame: &Frame<'a>, out: &'a mut [u8; MAX_FRAME]) -> &'a [u8] {
+    if !frame.header().signed {
+        return frame.bytes();
+    }
     let checked = frame.checked_bytes();
     let extra = implied_extra(Crc::of(checked), frame.checksum());
-    let (true, Some(extra)) = (frame.header().signed, extra) else { return frame.bytes() };
+    let Some(extra) = extra else { return frame.bytes() };
     let end = 1 + checked.len();
     out[..end].copy_from_slice(&frame.bytes()[..end]);
     out[INCOMPAT] &= !SIGNED;

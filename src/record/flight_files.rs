@@ -27,7 +27,8 @@ struct Flight {
 impl FlightFiles {
     /// A log begins; whatever had its slot before ends.
     pub(super) fn open(&mut self, slot: u8, extension: &[u8]) {
-        self.close(slot);
+        // What the disk says of the log before shows with the next.
+        let _ = self.close(slot);
         let extension = if extension == b"ulg" { "ulg" } else { "bin" };
         self.0.push(Flight { slot, extension, file: None, is_touched: false });
     }
@@ -51,9 +52,16 @@ impl FlightFiles {
         Ok(is_new)
     }
 
-    /// A log ends.
-    pub(super) fn close(&mut self, slot: u8) {
+    /// Whether there is a log in this slot.
+    pub(super) fn is_open(&self, slot: u8) -> bool {
+        self.0.iter().any(|flight| flight.slot == slot)
+    }
+
+    /// A log ends: with all of it on the disk, for the power may go next.
+    pub(super) fn close(&mut self, slot: u8) -> io::Result<()> {
+        let outcome = self.sync();
         self.0.retain(|flight| flight.slot != slot);
+        outcome
     }
 
     pub(super) fn close_all(&mut self) {

@@ -31,6 +31,11 @@ impl Output {
         &self.path
     }
 
+    /// How many frames it has taken that are not written yet.
+    pub(super) fn waiting(&self) -> u64 {
+        self.frames
+    }
+
     /// Takes a record; says whether it is time to write.
     pub(super) fn add(&mut self, micros: u64, frame: &[u8]) -> bool {
         // Writing to memory does not fail.

@@ -77,7 +77,7 @@ impl Recorder {
             when: options.when,
             is_running: options.telemetry,
             limits: Limits { size: options.max_size, time: options.max_time },
-            arming: Arming::default(),
+            arming: Arming::new(),
             clock: Clock::new(SystemTime::now(), now),
             log: None,
         })
@@ -86,6 +86,10 @@ impl Recorder {
     /// A turn of the loop begins: `wall` was read before `now`.
     pub fn begin_turn(&mut self, wall: SystemTime, now: Time) {
         self.clock.handle(wall, now);
+        if self.when == RecordWhen::Armed && self.log.is_some() {
+            self.arming.forget(now);
+            self.end_unarmed();
+        }
     }
 
     /// Records a frame, if it is to be: a copy goes to the writer, or is counted as lost.
@@ -164,7 +168,11 @@ impl Recorder {
     }
 
     fn handle_heartbeat(&mut self, frame: &CheckedFrame<'_>) {
-        self.arming.handle(frame);
+        self.arming.handle(frame, self.clock.now);
+        self.end_unarmed();
+    }
+
+    fn end_unarmed(&mut self) {
         if !self.arming.is_any() {
             self.end_log();
         }

@@ -23,6 +23,13 @@ const PARTS: usize = 2;
 /// When it is looked again whether the disk has given anything.
 const LOOK_AGAIN: Duration = Duration::from_millis(20);
 
+/// Microseconds from one record to the next that are too many: a clock was set, or nothing came for
+/// long. What comes then is said at once; so it is where the time steps back.
+const STEP: u64 = 60_000_000;
+
+/// How long one round of a loop takes at least: a log of one moment shall not flood anybody.
+const LAP: Duration = Duration::from_secs(1);
+
 /// How a log is played back.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ReplayOptions {
@@ -42,6 +49,10 @@ pub struct Replay {
     next: usize,
     /// The time of a record, and when that was said: the others follow from there.
     anchor: Option<(u64, Time)>,
+    /// The time of the record that was said last.
+    last: u64,
+    /// When the first record may be said: at once, or when the round before has had its time.
+    lap_at: Time,
     /// When it is looked again for what the disk has not given yet.
     look_at: Option<Time>,
     end: Option<String>,
@@ -80,6 +91,8 @@ impl Replay {
             part: Part::default(),
             next: 0,
             anchor: None,
+            last: 0,
+            lap_at: Time::ZERO,
             look_at: Some(Time::ZERO),
             end: None,
         })
@@ -120,10 +133,26 @@ impl Replay {
     /// When the next record is to be said; the first one, at once.
     fn due(&self) -> Option<Time> {
         let micros = self.micros()?;
-        let Some((first, since)) = self.anchor else { return Some(Time::ZERO) };
+        let Some((first, since)) = self.anchor else { return Some(self.lap_at) };
+        let micros = if self.is_step(micros) { self.last } else { micros };
         // The speed is not 0: then nothing has its time. What is too long is the end of time.
         let elapsed = micros.saturating_sub(first) as f64 / f64::from(self.options.speed);
         Some(since + Duration::from_micros(elapsed.round() as u64))
+    }
+
+    /// Whether a clock was set before this record.
+    fn is_step(&self, micros: u64) -> bool {
+        micros < self.last || micros - self.last > STEP
+    }
+
+    /// The next record is said, at `now`: its time is that of the log.
+    fn follow(&mut self, micros: u64, now: Time) {
+        if self.anchor.is_none() {
+            (self.anchor, self.lap_at) = (Some((micros, now)), now + LAP);
+        } else if self.is_step(micros) {
+            self.anchor = self.due().map(|at| (micros, at));
+        }
+        self.last = micros;
     }
 
     fn say(&mut self, out: &mut Vec<u8>) {
@@ -144,8 +173,8 @@ impl LocalPeer for Replay {
         if !self.load(now) || self.options.speed == 0.0 || self.due().is_none_or(|at| at > now) {
             return false;
         }
-        if self.anchor.is_none() {
-            self.anchor = self.micros().map(|micros| (micros, now));
+        if let Some(micros) = self.micros() {
+            self.follow(micros, now);
         }
         self.say(out);
         self.load(now);

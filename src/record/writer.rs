@@ -142,18 +142,28 @@ impl Files {
             }
             Kind::End => {
                 self.end_log();
-                if !self.is_failing() {
-                    self.status.state = RecordState::Waiting;
-                }
+                self.tell_idle();
             }
             Kind::OpenFlight => self.flights.open(piece.slot, piece.bytes),
             Kind::Flight => self.handle_flight(piece),
-            Kind::EndFlight => self.flights.close(piece.slot),
+            Kind::EndFlight => {
+                if let Err(error) = self.flights.close(piece.slot) {
+                    self.fail(0, &error);
+                }
+                self.tell_idle();
+            }
+        }
+    }
+
+    /// A log has ended: perhaps it was the last.
+    fn tell_idle(&mut self) {
+        if !self.is_failing() && self.output.is_none() && self.flights.paths().is_empty() {
+            self.status.state = RecordState::Waiting;
         }
     }
 
     fn handle_flight(&mut self, piece: &Piece<'_>) {
-        if !self.may_try() {
+        if !self.flights.is_open(piece.slot) || !self.may_try() {
             return;
         }
         match self.flights.write(&self.store, piece) {
@@ -273,8 +283,10 @@ impl Files {
         self.status.error = Some(error.to_string());
         self.again = Some(Instant::now() + PERIOD);
         // A full card may have room again; anything else needs another file.
-        if !is_full(error) {
-            self.output = None;
+        if !is_full(error)
+            && let Some(output) = self.output.take()
+        {
+            self.status.lost += output.waiting();
             self.status.file = None;
         }
     }

@@ -299,6 +299,26 @@ impl Router {
         }
     }
 
+    /// Whether the frames of a link come through a gate, so that [`Router::as_taken`] has to be asked.
+    pub fn is_gated(&self, link: LinkId) -> bool {
+        self.port(link).is_some_and(Port::has_gate)
+    }
+
+    /// A frame that was taken from `link`, as its gate let it in: with other system ids, perhaps.
+    pub fn as_taken<'a>(
+        &self,
+        link: LinkId,
+        frame: &CheckedFrame<'a>,
+        buffers: &'a mut [FrameBuffer; 2],
+    ) -> CheckedFrame<'a> {
+        let Some(gate) = self.port(link).and_then(|port| port.gate.as_ref()) else { return *frame };
+        let [stripped, remapped] = buffers;
+        let is_stripped = gate.options.verify.as_ref().is_some_and(|verify| verify.strip);
+        let bare = if is_stripped { stripped.strip(frame).unwrap_or(*frame) } else { *frame };
+        // What cannot be remapped was not taken.
+        gate.remap(&bare, remapped).unwrap_or(bare)
+    }
+
     /// Whether a frame shows that whoever sent it may be let in at such a gate.
     pub fn would_let_in(
         &self,

@@ -139,7 +139,6 @@ impl Router {
         };
         port.counters.frames_in += 1;
         port.counters.bytes_in += frame.bytes.len() as u64;
-        self.tallies.count(frame);
         if port.has_gate() {
             return self.handle_gated(link, frame, now);
         }
@@ -149,6 +148,7 @@ impl Router {
     /// Takes a frame that has passed the gate of its link, if there is one.
     #[inline]
     pub(super) fn admit(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) -> bool {
+        self.tallies.count(frame);
         let Some(Some(port)) = self.ports.get_mut(link.index()) else {
             return false;
         };

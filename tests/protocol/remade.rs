@@ -63,6 +63,20 @@ fn two_vehicles_with_one_id_are_flown_side_by_side() {
 }
 
 #[test]
+fn what_is_recorded_and_counted_has_the_id_that_it_has_here() {
+    let (mut network, gated, _) = beside(remap(&[(1, 7)]));
+    let seven = Component::new(7, 1);
+    Receiver::new().each(&attitude(VEHICLE, 1), Input::Paused, |frame| {
+        assert!(network.router.handle(gated, frame, network.now));
+        let mut buffers = <[FrameBuffer; 2]>::default();
+        let taken = network.router.as_taken(gated, frame, &mut buffers);
+        assert_eq!((taken.bytes, taken.header.source), (&attitude(seven, 1)[..], seven));
+    });
+    assert!(network.router.tallies().all(|tally| tally.source == seven));
+    assert_eq!(network.router.tallies().count(), 1);
+}
+
+#[test]
 fn signed_frames_are_not_given_other_ids() {
     let (mut network, gated, open) = beside(remap(&[(1, 7)]));
     assert_eq!(network.hears(gated, &signed(0, VEHICLE, (30, 39), &[7; 28])), []);

@@ -21,6 +21,9 @@ const BEGINNING: u32 = 100;
 /// How often it is asked for blocks that are missing.
 const NACK_AGAIN: Duration = Duration::from_millis(300);
 
+/// For how many at once: they go before commands, and many a line is slow.
+const NACKS_AT_ONCE: usize = 16;
+
 /// How often for each of them: a vehicle forgets blocks that are long gone.
 const NACKS: u8 = 20;
 
@@ -200,9 +203,9 @@ impl Dataflash {
         let system = self.system;
         let Some(log) = &mut self.log else { return };
         if log.ask_at.is_some_and(|at| at <= now) {
-            for (number, asked) in &mut log.missing {
-                *asked += 1;
-                out.push(Said::block_status(system, *number, false));
+            for number in log.next_asked() {
+                log.missing.entry(number).and_modify(|asked| *asked += 1);
+                out.push(Said::block_status(system, number, false));
             }
             log.missing.retain(|_, asked| *asked < NACKS);
             log.ask_at = (!log.missing.is_empty()).then(|| now + NACK_AGAIN);
@@ -231,6 +234,14 @@ impl Dataflash {
 }
 
 impl Log {
+    /// The blocks to ask for: those first that were asked for least.
+    fn next_asked(&self) -> impl Iterator<Item = u32> + use<> {
+        let mut missing: Vec<_> =
+            self.missing.iter().map(|(number, asked)| (*asked, *number)).collect();
+        missing.sort_unstable();
+        missing.into_iter().take(NACKS_AT_ONCE).map(|(_, number)| number)
+    }
+
     /// A block has come.
     fn handle(&mut self, number: u32, now: Time) {
         self.missing.remove(&number);

@@ -77,11 +77,21 @@ fn read(file: &PathBuf) -> Vec<(i64, Vec<u8>)> {
 }
 
 fn frame(id: u32, crc_extra: u8, payload: &[u8], signature: Option<[u8; 13]>) -> Vec<u8> {
+    frame_of(Component::new(1, 1), id, crc_extra, payload, signature)
+}
+
+fn frame_of(
+    source: Component,
+    id: u32,
+    crc_extra: u8,
+    payload: &[u8],
+    signature: Option<[u8; 13]>,
+) -> Vec<u8> {
     let mut bytes = Vec::new();
     let spec = FrameSpec {
         version: Version::V2,
         seq: 0,
-        source: Component::new(1, 1),
+        source,
         id: MessageId(id),
         crc_extra,
         payload,
@@ -93,7 +103,11 @@ fn frame(id: u32, crc_extra: u8, payload: &[u8], signature: Option<[u8; 13]>) ->
 
 /// A heartbeat of an autopilot (3) or of a ground station (8).
 fn heartbeat(autopilot: u8, base_mode: u8) -> Vec<u8> {
-    frame(0, 50, &[0, 0, 0, 0, 2, autopilot, base_mode, 4, 3], None)
+    heartbeat_of(Component::new(1, 1), autopilot, base_mode)
+}
+
+fn heartbeat_of(source: Component, autopilot: u8, base_mode: u8) -> Vec<u8> {
+    frame_of(source, 0, 50, &[0, 0, 0, 0, 2, autopilot, base_mode, 4, 3], None)
 }
 
 fn attitude(number: u8) -> Vec<u8> {
@@ -133,6 +147,32 @@ fn each_arming_begins_a_file_and_a_ground_station_arms_nobody() {
         stage.turn(9, &[heartbeat(3, 0), attitude(5)]);
     }
     assert_eq!(counts(&stage.end()), [4, 4, 4]);
+}
+
+#[test]
+fn a_companion_of_an_armed_vehicle_neither_ends_nor_begins_a_file() {
+    let mut stage = Stage::new(|options| options.when = RecordWhen::Armed);
+    let companion = |autopilot, mode| {
+        let source = Component::new(1, 191);
+        heartbeat_of(source, autopilot, mode)
+    };
+    stage.turn(0, &[companion(0, 0x80), attitude(1)]);
+    for autopilot in [0, 3, 8] {
+        stage.turn(9, &[heartbeat(3, 0x80), companion(autopilot, 0), attitude(2)]);
+    }
+    stage.turn(9, &[heartbeat(3, 0), companion(3, 0x80), attitude(3)]);
+    // Three times the two heartbeats and the message.
+    assert_eq!(counts(&stage.end()), [9]);
+}
+
+#[test]
+fn the_file_of_a_vehicle_that_vanishes_armed_ends_after_a_minute() {
+    let mut stage = Stage::new(|options| options.when = RecordWhen::Armed);
+    stage.turn(0, &[heartbeat(3, 0x80), attitude(1)]);
+    stage.turn(59_000_000, &[attitude(2)]);
+    stage.turn(1_000_000, &[attitude(3)]);
+    stage.turn(1, &[heartbeat(3, 0x80), attitude(4)]);
+    assert_eq!(counts(&stage.end()), [3, 2]);
 }
 
 #[test]

@@ -235,3 +235,22 @@ fn a_number_that_is_far_ahead_makes_no_file_of_any_size() {
     assert_eq!(stage.files.files[0].1.len(), BLOCK);
     assert_eq!(out.len(), 1);
 }
+
+#[test]
+fn of_many_missing_blocks_only_some_are_asked_for_at_once_and_all_in_turn() {
+    let (mut dataflash, mut files) = (Dataflash::new(1), Files::default());
+    dataflash.set_wanted(true, Time::ZERO, &mut files, &mut Vec::new());
+    let block = Heard::Block(99, [7; BLOCK]);
+    let mut out = Vec::new();
+    dataflash.handle(&block, Time::ZERO, &mut files, &mut out);
+    assert_eq!(out.len(), 1 + 16, "the block is acknowledged, and 16 of 99 are asked for");
+    let mut asked = out.len() - 1;
+    for round in 1..7 {
+        out.clear();
+        dataflash.handle_timeout(Time::from_millis(300 * round), &mut files, &mut out);
+        asked += out.iter().filter(|said| **said != dataflash.status(START, true)).count();
+    }
+    assert_eq!(asked, 7 * 16);
+    let log = dataflash.log.as_ref().unwrap();
+    assert!(log.missing.values().all(|asked| *asked >= 1), "{:?}", log.missing);
+}
