@@ -1,7 +1,12 @@
 //! Signing keys on disk: where they are, who may read them, and how they are written.
 //!
 //! A key is never part of an error, whatever is wrong with its file.
+//!
+//! A service whose user may not read the file gets it from systemd by `LoadCredential=`: a copy of
+//! its own, in a directory that the environment names. A key whose file has the name of such a
+//! credential is read from there, so that one configuration holds inside and outside the service.
 
+use std::env;
 use std::fmt;
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -17,6 +22,9 @@ use crate::mavlink::{KEY_LEN, Key};
 
 /// How large a key file may be, in bytes: a passphrase may be long.
 const MAX_LEN: u64 = 4_096;
+
+/// Where systemd says which directory has the credentials of a service.
+const CREDENTIALS: &str = "CREDENTIALS_DIRECTORY";
 
 /// What a passphrase begins with.
 const PASSPHRASE: &str = "passphrase:";
@@ -102,12 +110,30 @@ fn find_key(name: &str, files: &[KeyFile]) -> Result<Key, KeyError> {
 }
 
 fn read_key(file: &KeyFile) -> Result<Key, KeyError> {
-    let KeyFile { name, path } = file;
-    let bytes = read_private(name, path)?;
-    parse_key(&bytes).ok_or_else(|| KeyError::Content(name.clone(), path.clone()))
+    let credentials = env::var_os(CREDENTIALS).map(PathBuf::from);
+    read_key_or_credential(file, credentials.as_deref())
 }
 
-fn read_private(name: &str, path: &Path) -> Result<Zeroizing<Vec<u8>>, KeyError> {
+fn read_key_or_credential(file: &KeyFile, credentials: Option<&Path>) -> Result<Key, KeyError> {
+    let KeyFile { name, path } = file;
+    let (path, forbidden) = match credential(path, credentials) {
+        // Some systems give it to the service's user by an access list, which shows as 0440: then
+        // nobody but systemd and that user can enter the directory.
+        Some(path) => (path, 0o037),
+        None => (path.clone(), 0o077),
+    };
+    let bytes = read_private(name, &path, forbidden)?;
+    parse_key(&bytes).ok_or(KeyError::Content(name.clone(), path))
+}
+
+/// The credential of the same name, if there is one.
+fn credential(path: &Path, credentials: Option<&Path>) -> Option<PathBuf> {
+    let credential = credentials?.join(path.file_name()?);
+    credential.exists().then_some(credential)
+}
+
+/// What is in a file that has none of the `forbidden` bits in its mode.
+fn read_private(name: &str, path: &Path, forbidden: u32) -> Result<Zeroizing<Vec<u8>>, KeyError> {
     let unreadable = |error| KeyError::Read(name.to_owned(), path.to_owned(), error);
     // Before it is opened: a pipe would wait for somebody to write.
     if !fs::metadata(path).map_err(unreadable)?.is_file() {
@@ -116,7 +142,7 @@ fn read_private(name: &str, path: &Path) -> Result<Zeroizing<Vec<u8>>, KeyError>
     let file = File::open(path).map_err(unreadable)?;
     // Of the file that is open now, whatever has the name since.
     let mode = file.metadata().map_err(unreadable)?.permissions().mode() & 0o777;
-    if mode & 0o077 != 0 {
+    if mode & forbidden != 0 {
         return Err(KeyError::Open(name.to_owned(), path.to_owned(), mode));
     }
     // With all its room from the start: growing would leave a copy behind.
@@ -231,6 +257,30 @@ mod tests {
         }
         fs::set_permissions(&path, fs::Permissions::from_mode(0o600)).unwrap();
         loaded(&files).unwrap();
+    }
+
+    #[test]
+    fn a_key_that_the_service_manager_hands_over_is_read_from_there() {
+        let (dir, credentials) = (TempDir::new("root-keys"), TempDir::new("credentials"));
+        let radio = |path| KeyFile { name: "radio".into(), path };
+        let file = radio(dir.write("radio.key", "only root can read this"));
+        let given = credentials.write("radio.key", &"a5".repeat(32));
+        let within = given.parent();
+        for mode in [0o400, 0o440, 0o600] {
+            fs::set_permissions(&given, fs::Permissions::from_mode(mode)).unwrap();
+            assert!(read_key_or_credential(&file, within).ok() == raw(), "{mode:o}");
+            assert!(read_key_or_credential(&radio(given.clone()), within).ok() == raw());
+        }
+        for mode in [0o444, 0o460, 0o604] {
+            fs::set_permissions(&given, fs::Permissions::from_mode(mode)).unwrap();
+            let error = read_key_or_credential(&file, within).unwrap_err();
+            assert!(matches!(error, KeyError::Open(..)), "{error}");
+        }
+        // Credentials of other names are no matter to it.
+        let other = radio(dir.write("other.key", &"a5".repeat(32)));
+        fs::set_permissions(&other.path, fs::Permissions::from_mode(0o440)).unwrap();
+        let error = read_key_or_credential(&other, within).unwrap_err();
+        assert!(matches!(error, KeyError::Open(..)), "{error}");
     }
 
     #[test]

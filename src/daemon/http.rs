@@ -45,6 +45,9 @@ pub(super) struct Http {
     is_knocked: bool,
     /// Whether there may be anything to do before the next turn.
     has_work: bool,
+    /// Which connection has the first right to a picture of everything; only one is made a turn, as
+    /// frames wait meanwhile.
+    first: usize,
     /// When to try to listen again.
     retry_at: Option<Time>,
     /// What [`Timer::Http`] was last set for.
@@ -62,6 +65,7 @@ impl Http {
             connections: [const { None }; MAX_HTTP_CLIENTS],
             is_knocked: false,
             has_work: false,
+            first: 0,
             retry_at: None,
             deadline: None,
             metrics: Metrics::default(),
@@ -152,21 +156,31 @@ impl Daemon {
         if self.http.retry_at.is_some_and(|at| at <= self.now) {
             self.open_http();
         }
-        for slot in 0..MAX_HTTP_CLIENTS {
-            self.serve_connection(slot);
+        let mut may_picture = true;
+        for slot in slots_from(self.http.first) {
+            self.serve_connection(slot, &mut may_picture);
         }
         // Whoever has gone made room.
         self.http.accept_all(self.poll.registry(), self.now);
         self.set_http_timer();
-        false
+        // Whoever was put off.
+        self.http.has_work
     }
 
     /// Reads, answers, writes: as far as it goes without waiting.
-    fn serve_connection(&mut self, slot: usize) {
+    fn serve_connection(&mut self, slot: usize, may_picture: &mut bool) {
         let now = self.now;
         let Some(connection) = &mut self.http.connections[slot] else { return };
         let mut progress = connection.advance(now);
         if let Progress::Asked(request) = progress {
+            if request.resource != Resource::Page {
+                if !std::mem::take(may_picture) {
+                    connection.put_off(request);
+                    self.http.has_work = true;
+                    return;
+                }
+                self.http.first = slot + 1;
+            }
             let response = self.respond(&request);
             let Some(connection) = &mut self.http.connections[slot] else { return };
             connection.answer(&response, request.is_head);
@@ -205,6 +219,11 @@ impl Daemon {
     }
 }
 
+/// Each connection once, from one on.
+fn slots_from(first: usize) -> impl Iterator<Item = usize> {
+    (first..first + MAX_HTTP_CLIENTS).map(|slot| slot % MAX_HTTP_CLIENTS)
+}
+
 fn open(
     address: SocketAddr,
     registry: &Registry,
@@ -214,4 +233,19 @@ fn open(
     let address = listener.local_addr()?;
     registry.register(&mut listener, token, Interest::READABLE)?;
     Ok((listener, address))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whoever_is_put_off_comes_before_those_who_were_answered() {
+        for first in 0..=MAX_HTTP_CLIENTS {
+            let slots: Vec<usize> = slots_from(first).collect();
+            assert_eq!(slots.len(), MAX_HTTP_CLIENTS);
+            assert_eq!(slots[0], first % MAX_HTTP_CLIENTS);
+            assert!((0..MAX_HTTP_CLIENTS).all(|slot| slots.contains(&slot)));
+        }
+    }
 }

@@ -23,6 +23,8 @@ use tracing::Level;
 pub(super) enum Admission {
     /// It has sent no verified frame yet.
     Unproven,
+    /// Nothing that it has sent so far was signed as it must be.
+    Unbelieved,
     /// It has a link now.
     Peer(LinkId),
     /// There is no room for it.
@@ -89,13 +91,17 @@ impl Daemon {
     ) -> Admission {
         let Endpoint { gate, membership, .. } = &self.io.endpoints[index];
         if !self.router.would_let_in(gate, *membership, frame, self.now) {
-            if self.refused_strangers.is_due(source, self.now) {
-                let reason = "what it sends is not signed with the key of `verify`, or came before";
-                self.refuse(index, source, reason);
-            }
-            return Admission::Refused;
+            return Admission::Unbelieved;
         }
         self.admit_peer(index, source)
+    }
+
+    /// Tells of somebody who sent nothing that is signed as it must be.
+    pub(super) fn say_unbelieved(&mut self, index: EndpointId, source: SocketAddr) {
+        if self.refused_strangers.is_due(source, self.now) {
+            let reason = "what it sends is not signed with the key of `verify`, or came before";
+            self.refuse(index, source, reason);
+        }
     }
 
     /// Makes a peer of somebody who sent a verified frame to a UDP server.

@@ -192,7 +192,9 @@ impl Daemon {
         let mut admission = Admission::Unproven;
         let mut cutter = splitter.cut(&mut bytes, len, Input::Paused);
         while let Some(frame) = cutter.next(&mut self.checker) {
-            if frame.verified && matches!(admission, Admission::Unproven) {
+            // A radio's report without a signature may stand before what is signed.
+            let is_open = matches!(admission, Admission::Unproven | Admission::Unbelieved);
+            if frame.verified && is_open {
                 admission = self.admit_by(index, source, &frame);
             }
             if let Admission::Peer(link) = admission {
@@ -206,10 +208,14 @@ impl Daemon {
             }
         }
         self.stranger = bytes;
-        if let Admission::Peer(link) = admission
-            && let Some(link) = self.io.links.get_mut(link)
-        {
-            link.splitter = splitter;
+        match admission {
+            Admission::Peer(link) => {
+                if let Some(link) = self.io.links.get_mut(link) {
+                    link.splitter = splitter;
+                }
+            }
+            Admission::Unbelieved => self.say_unbelieved(index, source),
+            Admission::Unproven | Admission::Refused => {}
         }
     }
 

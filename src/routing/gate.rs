@@ -81,6 +81,10 @@ pub(super) struct Gate {
     /// The streams that frames from here belong to, if they are checked.
     heard: Option<HeardId>,
     bucket: Bucket,
+    /// Whether it looks at what frames that come say; else it only counts them.
+    reads: bool,
+    /// Whether frames may leave other than they are.
+    rewrites: bool,
 }
 
 /// Lets so many frames through in a second; what was not used is saved up for one second.
@@ -125,25 +129,31 @@ impl Gate {
         let bucket = Bucket { level: u64::MAX, filled: now };
         // From the top: vehicles and ground stations number their own from the bottom.
         let link = 255 - (link.index() % 255) as u8;
-        Some(Box::new(Self { options: options.clone(), link, heard, bucket }))
+        let reads = options.verify.is_some() || options.remap.is_some();
+        let rewrites =
+            options.sign.is_some() || options.remap.is_some() || options.version.is_some();
+        Some(Box::new(Self { options: options.clone(), link, heard, bucket, reads, rewrites }))
     }
 
-    /// A frame that came, as it goes on.
+    /// A frame that came and is not kept out, as it goes on.
     fn let_in<'a>(
-        &mut self,
+        &self,
         frame: &CheckedFrame<'a>,
         signing: &mut Signing,
         now: Time,
         (stripped, remapped): (&'a mut FrameBuffer, &'a mut FrameBuffer),
     ) -> Result<CheckedFrame<'a>, DropReason> {
-        if self.options.is_readonly {
-            return Err(DropReason::ReadOnly);
-        }
-        if self.options.max_rate.is_some_and(|rate| !self.bucket.permit(rate, now)) {
-            return Err(DropReason::MaxRate);
-        }
         let frame = self.believe(frame, signing, now, stripped)?;
         self.remap(&frame, remapped)
+    }
+
+    /// Why a frame that came is kept out whatever it is, if so.
+    fn keeps_out(&mut self, now: Time) -> Option<DropReason> {
+        if self.options.is_readonly {
+            return Some(DropReason::ReadOnly);
+        }
+        let is_flooded = self.options.max_rate.is_some_and(|rate| !self.bucket.permit(rate, now));
+        is_flooded.then_some(DropReason::MaxRate)
     }
 
     /// A frame whose signature is right, if it must be.
@@ -244,6 +254,14 @@ impl Gate {
         Ok(self.sign(&frame, clock, now, signed))
     }
 
+    /// Why a frame cannot be given the shape in which it leaves, if so.
+    fn shape_refusal(&self, frame: &CheckedFrame<'_>) -> Option<DropReason> {
+        let [mut remapped, mut converted, mut shaped] = <[FrameBuffer; 3]>::default();
+        let frame = self.remap(frame, &mut remapped);
+        let frame = frame.and_then(|frame| self.convert(&frame, &mut converted));
+        frame.and_then(|frame| self.shape(&frame, &mut shaped)).err()
+    }
+
     /// The frame with a signature, if it gets one.
     fn sign<'a>(
         &self,
@@ -285,6 +303,18 @@ impl Router {
     ) -> bool {
         let Some(Some(port)) = self.ports.get_mut(link.index()) else { return false };
         let Some(gate) = &mut port.gate else { return false };
+        if let Some(reason) = gate.keeps_out(now) {
+            port.counters[reason] += 1;
+            return false;
+        }
+        if gate.reads { self.handle_read(link, frame, now) } else { self.admit(link, frame, now) }
+    }
+
+    /// Takes it if what it says is right; in a function of its own, as the buffers cost something.
+    #[inline(never)]
+    fn handle_read(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) -> bool {
+        let Some(Some(port)) = self.ports.get_mut(link.index()) else { return false };
+        let Some(gate) = &port.gate else { return false };
         let (mut stripped, mut remapped) = <(FrameBuffer, FrameBuffer)>::default();
         match gate.let_in(frame, &mut self.signing, now, (&mut stripped, &mut remapped)) {
             Ok(frame) => self.admit(link, &frame, now),
@@ -355,10 +385,27 @@ impl Port {
         self.gate.as_ref()?.refusal(now)
     }
 
-    /// Whether frames come and go through a gate.
+    /// Whether a message of this kind is taken only with a good signature.
+    pub(super) fn needs_signature(&self, id: MessageId) -> bool {
+        let verify = self.gate.as_ref().and_then(|gate| gate.options.verify.as_ref());
+        verify.is_some_and(|verify| !verify.allow_unsigned.contains(&id))
+    }
+
+    /// Why the gate lets a frame not leave, if so.
+    pub(super) fn shape_refusal(&self, frame: &CheckedFrame<'_>) -> Option<DropReason> {
+        self.gate.as_ref()?.shape_refusal(frame)
+    }
+
+    /// Whether frames come through a gate.
     #[inline]
     pub(super) fn has_gate(&self) -> bool {
         self.gate.is_some()
+    }
+
+    /// Whether frames leave through a gate; one that only keeps out what comes is no matter to them.
+    #[inline]
+    pub(super) fn is_rewritten(&self) -> bool {
+        self.gate.as_ref().is_some_and(|gate| gate.rewrites)
     }
 
     /// Queues a frame in the shape that the gate gives it, or counts why not.
@@ -389,6 +436,27 @@ impl Port {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_what_frames_are_asked_for_costs_them_buffers() {
+        let make = |options: GateOptions| {
+            let mut signing = Signing::default();
+            Gate::new(&options, None, LinkId::new(0).unwrap(), &mut signing, Time::ZERO)
+                .map(|gate| (gate.reads, gate.rewrites))
+        };
+        let none = GateOptions::default;
+        let key = || Key::from_passphrase("my dog");
+        let verify = Verify { key: key(), allow_unsigned: vec![], strip: false };
+        let sign = Sign { key: key(), v1: OldFrames::Pass };
+        assert_eq!(make(none()), None);
+        assert_eq!(make(GateOptions { is_readonly: true, ..none() }), Some((false, false)));
+        assert_eq!(make(GateOptions { max_rate: Some(50), ..none() }), Some((false, false)));
+        assert_eq!(make(GateOptions { verify: Some(verify), ..none() }), Some((true, false)));
+        assert_eq!(make(GateOptions { sign: Some(sign), ..none() }), Some((false, true)));
+        assert_eq!(make(GateOptions { version: Some(Version::V1), ..none() }), Some((false, true)));
+        let remap = Some(Arc::new(SystemMap::new(&[(1, 2)]).unwrap()));
+        assert_eq!(make(GateOptions { remap, ..none() }), Some((true, true)));
+    }
 
     #[test]
     fn a_bucket_lets_the_rate_through_and_saves_up_a_second() {

@@ -206,7 +206,7 @@ impl Router {
         now: Time,
     ) {
         let Some(Some(port)) = self.ports.get_mut(link.index()) else { return };
-        if port.has_gate() {
+        if port.is_rewritten() {
             port.offer_gated(frame, precedence, &mut self.signing.clock, now);
         } else {
             port.offer(frame, precedence, now);

@@ -141,6 +141,21 @@ fn who_asks_slowly_or_takes_nothing_holds_up_nobody() {
 }
 
 #[test]
+fn all_who_ask_at_once_are_answered() {
+    let router = Router::start(&[METRICS, "udpin:127.0.0.1:0"]);
+    let to = address(&router);
+    let asking: Vec<TcpStream> = (0..2 * MAX_HTTP_CLIENTS).map(|_| connect(to)).collect();
+    for mut stream in &asking {
+        let text = format!("GET /metrics HTTP/1.1\r\nHost: {to}\r\n\r\n");
+        stream.write_all(text.as_bytes()).expect("a request that is taken");
+    }
+    for stream in asking {
+        let answer = rest(stream);
+        assert!(answer.starts_with("HTTP/1.1 200 OK\r\n"), "{answer}");
+    }
+}
+
+#[test]
 fn a_reload_moves_the_port() {
     use rustix::process::Signal;
     let dir = TempDir::new();

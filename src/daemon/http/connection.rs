@@ -35,6 +35,8 @@ pub(super) struct Connection {
 enum Stage {
     /// What came of the request so far. Invariant: at most [`MAX_HEAD`] bytes.
     Asking(Vec<u8>),
+    /// What was asked, by somebody whose turn has not come.
+    PutOff(Request),
     /// What goes out, and how much of it is gone.
     Answering(Vec<u8>, usize),
     /// How much was thrown away since everything is gone.
@@ -87,6 +89,7 @@ impl Connection {
         }
         let outcome = match self.stage {
             Stage::Asking(_) => self.ask(now),
+            Stage::PutOff(request) => Ok(Progress::Asked(request)),
             Stage::Answering(..) => self.write(now),
             Stage::Closing(_) => self.ignore(),
         };
@@ -94,6 +97,11 @@ impl Connection {
             ErrorKind::WouldBlock => Progress::Waiting,
             _ => Progress::Over,
         })
+    }
+
+    /// The request is to be brought again the next time.
+    pub(super) fn put_off(&mut self, request: Request) {
+        self.stage = Stage::PutOff(request);
     }
 
     /// What is to go out.
