@@ -1,6 +1,6 @@
 //! The commands that ask a running daemon, or tell it what to do.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 use std::time::Duration;
 use std::{env, thread};
@@ -9,6 +9,7 @@ use clap::{Args, Subcommand};
 
 use crate::config::{DialectFileError, LogLevel};
 use crate::control::{Answer, Client, ClientError, Request};
+use crate::listen::escape_json;
 use crate::status::to_text;
 
 /// Whom to ask.
@@ -163,10 +164,8 @@ impl StatusArgs {
             thread::sleep(RATES_OVER);
             return Ok(to_text(&snapshot, &client.status()?, is_colourful()));
         }
-        let mut text = Vec::new();
-        serde_json::to_writer_pretty(&mut text, &snapshot).map_err(io::Error::from)?;
-        writeln!(text)?;
-        Ok(String::from_utf8_lossy(&text).into_owned())
+        let text = serde_json::to_string_pretty(&snapshot).map_err(io::Error::from)?;
+        Ok(escape_json(&text) + "\n")
     }
 }
 

@@ -9,7 +9,7 @@ use clap::Args;
 use super::ask::{AskArgs, AskError};
 use crate::config::load_layouts;
 use crate::control::{Answer, Client, ClientError, Request};
-use crate::listen::{Frames, Reader, SeenFrame, Widths};
+use crate::listen::{Frames, Reader, SeenFrame, Widths, escape_json};
 use crate::mavlink::{Dialect, Layouts};
 use crate::status::diagnosis_text;
 
@@ -78,7 +78,7 @@ impl WhyArgs {
         };
         if self.json {
             let text = serde_json::to_string_pretty(&why).map_err(io::Error::from)?;
-            return Ok(text + "\n");
+            return Ok(escape_json(&text) + "\n");
         }
         Ok(why.to_text(&client.status()?))
     }
@@ -159,7 +159,7 @@ impl Out {
         match missed {
             0 => Ok(()),
             _ if self.json => writeln!(self.stdout, "{{\"missed\":{missed}}}"),
-            _ => writeln!(self.stdout, "... {missed} frames not shown"),
+            _ => writeln!(self.stdout, "... up to {missed} frames not shown"),
         }
     }
 

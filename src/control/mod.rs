@@ -10,5 +10,6 @@ mod protocol;
 pub use client::{Client, ClientError};
 pub use place::{default_place, places_to_ask};
 pub use protocol::{
-    Answer, AnswerLine, MAX_REQUEST, MIN_INTERVAL, Request, RequestLine, VERSION, fuzz_request,
+    Answer, AnswerLine, MAX_INTERVAL, MAX_REQUEST, MIN_INTERVAL, Request, RequestLine, VERSION,
+    fuzz_request,
 };

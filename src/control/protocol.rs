@@ -20,6 +20,9 @@ pub const MAX_REQUEST: usize = 8 * 1_024;
 /// How often snapshots may be asked for.
 pub const MIN_INTERVAL: Duration = Duration::from_millis(100);
 
+/// How seldom; who wants fewer asks for them one by one.
+pub const MAX_INTERVAL: Duration = Duration::from_secs(60);
+
 /// What can be asked for.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(tag = "request", rename_all = "snake_case")]
@@ -28,7 +31,8 @@ pub enum Request {
     Status,
     /// The same, again and again until the connection ends. Whoever does not read gets fewer.
     Follow {
-        /// The time between two answers, in milliseconds; at least [`MIN_INTERVAL`].
+        /// The time between two answers, in milliseconds; [`MIN_INTERVAL`] to
+        /// [`MAX_INTERVAL`].
         interval_ms: u64,
     },
     /// Take in another endpoint.

@@ -100,6 +100,8 @@ impl Daemon {
                 let endpoint = &mut self.io.endpoints[index];
                 (endpoint.deadline, endpoint.failure) = (None, None);
                 (endpoint.since, endpoint.is_missed) = (self.now, false);
+                // Who switches it on again wants to hear once more why it does not open.
+                endpoint.told = None;
             }
             (false, true) => {
                 endpoint.since = self.now;

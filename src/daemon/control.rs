@@ -24,7 +24,9 @@ use self::socket::ControlSocket;
 use super::event_loop::{Daemon, Meaning};
 use super::timers::Timer;
 use crate::config::{ControlPlace, LogLevel};
-use crate::control::{Answer, AnswerLine, MIN_INTERVAL, Request, RequestLine, default_place};
+use crate::control::{
+    Answer, AnswerLine, MAX_INTERVAL, MIN_INTERVAL, Request, RequestLine, default_place,
+};
 use crate::routing::Time;
 
 /// How many clients there can be at the same time.
@@ -224,14 +226,17 @@ impl Daemon {
     /// The first picture at once, the others later.
     fn begin_follow(&mut self, slot: usize, id: u64, interval_ms: u64) -> Answer {
         let interval = Duration::from_millis(interval_ms);
-        if interval < MIN_INTERVAL {
-            let least = MIN_INTERVAL.as_millis();
-            let text = format!("interval_ms is {interval_ms}: {least} is the least");
+        if !(MIN_INTERVAL..=MAX_INTERVAL).contains(&interval) {
+            let (least, most) = (MIN_INTERVAL.as_millis(), MAX_INTERVAL.as_millis());
+            let text = format!("interval_ms is {interval_ms}: expected {least} to {most}");
             return Answer::Error(text);
         }
         if let Some(client) = &mut self.control.clients[slot] {
             client.mode = Mode::Following { id, interval, next: self.now + interval };
+            client.listening = None;
         }
+        // It may have listened until now.
+        self.set_tap();
         Answer::Status(Box::new(self.snapshot()))
     }
 
@@ -276,3 +281,6 @@ impl Daemon {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -19,7 +19,8 @@ use super::settings::Settings;
 /// What the user configured, and what came of it.
 #[derive(Debug)]
 pub(super) struct Endpoint {
-    /// What it is called in the log.
+    /// What it is called: no other endpoint is. It may have a number behind the name of its
+    /// configuration.
     pub(super) name: String,
     pub(super) config: EndpointConfig,
     pub(super) state: State,
@@ -268,7 +269,9 @@ impl Endpoint {
         let Settings { config, filter_in, filter_out, caps, gate } = settings;
         let is_same = (&self.config, &self.filter_in, &self.filter_out, &self.caps, &self.gate)
             == (&config, &filter_in, &filter_out, &caps, &gate);
-        self.name = config.name();
+        if self.config.name() != config.name() {
+            self.name = config.name();
+        }
         self.config = config;
         (self.filter_in, self.filter_out, self.caps, self.gate) =
             (filter_in, filter_out, caps, gate);
@@ -288,6 +291,14 @@ impl Endpoint {
 
     pub(super) fn options(&self) -> &EndpointOptions {
         &self.config.options
+    }
+
+    /// Whether it is not open, and not tried again: it has failed for good, or come to its end.
+    pub(super) fn is_given_up(&self) -> bool {
+        let has_ended = self.failure.as_ref().is_some_and(|failure| !failure.may_pass);
+        matches!(self.state, State::Waiting)
+            && self.deadline.is_none()
+            && (self.tries_once() || has_ended)
     }
 
     /// Whether it is given up when it fails.

@@ -1,6 +1,7 @@
 //! All endpoints, each under an id that nobody else ever has: who still holds the id of one that is
 //! gone finds nothing, also when another has taken its place.
 
+use std::collections::HashSet;
 use std::ops::{Index, IndexMut};
 
 use super::endpoint::Endpoint;
@@ -34,7 +35,9 @@ struct Slot {
 
 impl EndpointTable {
     /// Adds an endpoint; `None` if there are [`MAX_ENDPOINTS`] already.
-    pub(super) fn insert(&mut self, endpoint: Endpoint) -> Option<EndpointId> {
+    ///
+    /// It gets a name that no other one has.
+    pub(super) fn insert(&mut self, mut endpoint: Endpoint) -> Option<EndpointId> {
         let free = self.0.iter().position(|slot| slot.endpoint.is_none());
         let place = free.unwrap_or(self.0.len());
         if place >= MAX_ENDPOINTS {
@@ -43,6 +46,8 @@ impl EndpointTable {
         if free.is_none() {
             self.0.push(Slot::default());
         }
+        let others: HashSet<&str> = self.iter().map(|other| other.name.as_str()).collect();
+        endpoint.name = free_name(endpoint.name, &others);
         let slot = &mut self.0[place];
         slot.endpoint = Some(endpoint);
         Some(EndpointId { slot: u16::try_from(place).ok()?, generation: slot.generation })
@@ -82,10 +87,30 @@ impl EndpointTable {
         (0..self.0.len()).filter_map(|slot| self.id_at(slot as u16)).collect()
     }
 
+    /// After some have got other names: gives those who share one a name of their own.
+    pub(super) fn tell_names_apart(&mut self) {
+        let mut taken: HashSet<String> = HashSet::new();
+        for endpoint in self.0.iter_mut().filter_map(|slot| slot.endpoint.as_mut()) {
+            let others = taken.iter().map(String::as_str).collect();
+            endpoint.name = free_name(std::mem::take(&mut endpoint.name), &others);
+            taken.insert(endpoint.name.clone());
+        }
+    }
+
     /// All endpoints, in the order of their places.
     pub(super) fn iter(&self) -> impl Iterator<Item = &Endpoint> {
         self.0.iter().filter_map(|slot| slot.endpoint.as_ref())
     }
+}
+
+/// `name`, or `name#2` and so on if others are called so.
+fn free_name(name: String, others: &HashSet<&str>) -> String {
+    if !others.contains(name.as_str()) {
+        return name;
+    }
+    let mut numbered = (2..=others.len() + 1).map(|number| format!("{name}#{number}"));
+    // More than there are others: one of them is free.
+    numbered.find(|it| !others.contains(it.as_str())).unwrap_or(name)
 }
 
 /// For who knows that the endpoint is there: one of its links is, or it was just looked up.
@@ -131,6 +156,27 @@ mod tests {
         assert!(table.get(first).is_none() && table.remove(first).is_none());
         assert_eq!(table.ids(), [third, second]);
         assert_eq!(table[third].name, "third");
+    }
+
+    #[test]
+    fn no_two_endpoints_have_one_name() {
+        let mut table = EndpointTable::default();
+        let names = |table: &EndpointTable| -> Vec<String> {
+            table.iter().map(|endpoint| endpoint.name.clone()).collect()
+        };
+        for text in ["udpin::1?dev=a", "udpin::1?dev=b", "udpin::2?name=fc"] {
+            table.insert(endpoint(text)).unwrap();
+        }
+        let first = "udpin:0.0.0.0:1";
+        assert_eq!(names(&table), [first.to_owned(), format!("{first}#2"), "fc".to_owned()]);
+        let ids = table.ids();
+        table[ids[2]].name = first.to_owned();
+        table.tell_names_apart();
+        assert_eq!(names(&table)[2], format!("{first}#3"));
+        // It keeps its name for as long as it is there.
+        table.remove(ids[0]);
+        table.tell_names_apart();
+        assert_eq!(names(&table), [format!("{first}#2"), format!("{first}#3")]);
     }
 
     #[test]

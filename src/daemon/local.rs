@@ -6,7 +6,7 @@
 
 use std::time::Duration;
 
-use super::endpoint::State;
+use super::endpoint::{Failure, State};
 use super::endpoint_table::EndpointId;
 use super::event_loop::{Daemon, Ready};
 use super::links::{Link, Output};
@@ -252,7 +252,11 @@ impl Daemon {
 
     /// A peer has come to its end, and is not opened again.
     fn end_local(&mut self, id: LinkId, endpoint: EndpointId, reason: &str) {
-        self.io.endpoints[endpoint].state = State::Waiting;
+        let now = self.now;
+        let ended = &mut self.io.endpoints[endpoint];
+        ended.set_state(State::Waiting, now);
+        ended.deadline = None;
+        ended.failure = Some(Failure { text: reason.to_owned(), may_pass: false });
         self.close_later(id, reason);
     }
 }

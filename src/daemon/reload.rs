@@ -184,6 +184,7 @@ impl Daemon {
         for (index, settings) in kept {
             changed += usize::from(self.change_endpoint(index, settings));
         }
+        self.io.endpoints.tell_names_apart();
         self.add_endpoints(new.into_iter().map(|(settings, _)| settings));
         self.begin_signing_time(false);
         let (gone, new, kept) = counts;

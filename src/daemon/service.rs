@@ -92,7 +92,10 @@ impl Daemon {
             )
         };
         let endpoints = self.io.endpoints.iter().filter(|endpoint| endpoint.options().enabled);
-        let missing = endpoints.filter(|endpoint| is_missing(&endpoint.state));
+        let missing = endpoints
+            .filter(|endpoint| is_missing(&endpoint.state))
+            // Such as a log that has been played back; one that failed at its only try is missing.
+            .filter(|endpoint| endpoint.tries_once() || !endpoint.is_given_up());
         missing.map(|endpoint| endpoint.name.as_str()).collect()
     }
 }

@@ -6,6 +6,7 @@ use super::endpoint::{Endpoint, Past, Role, State};
 use super::endpoint_table::EndpointId;
 use super::event_loop::Daemon;
 use super::links::Link;
+use super::plan::is_internal;
 use crate::mavlink::SplitterStats;
 use crate::routing::{DropReason, Heard, KnownComponent, LinkCounters, LinkId, Port, Time};
 use crate::status::{
@@ -48,6 +49,7 @@ impl Daemon {
             reconnects: endpoint.openings.saturating_sub(1),
             links: links.filter_map(|id| self.link_status(id)).collect(),
             past: endpoint.past.counters(),
+            is_internal: is_internal(&endpoint.config),
         }
     }
 
@@ -119,9 +121,7 @@ impl Endpoint {
     fn status(&self) -> EndpointState {
         match &self.state {
             _ if !self.options().enabled => EndpointState::Disabled,
-            State::Waiting if self.tries_once() && self.deadline.is_none() => {
-                EndpointState::GivenUp
-            }
+            State::Waiting if self.is_given_up() => EndpointState::GivenUp,
             State::Waiting => EndpointState::Waiting,
             State::Resolving => EndpointState::Resolving,
             State::Opening | State::Connecting(..) => EndpointState::Connecting,

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 /// Frames that passed, oldest first.
 #[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct Frames {
-    /// How many that were wanted are not shown, as there was no room for them before these.
+    /// How many that passed before these are not shown, as there was no room for them. Those that
+    /// found no room before anybody looked at them count whether they were wanted or not.
     #[serde(default)]
     pub missed: u64,
     /// Those that are.

@@ -88,7 +88,7 @@ impl Reader {
             }
             line.extend(seen.dropped.iter().map(|it| ("dropped".to_owned(), json!(it))));
         }
-        Some(line.to_string())
+        Some(escape_json(&line.to_string()))
     }
 
     /// The definition that the frame was made with.
@@ -160,7 +160,26 @@ fn clock(time_us: u64) -> String {
 
 /// A name that moves no cursor.
 fn printable(name: &str) -> String {
-    name.chars().map(|c| if c.is_control() { '?' } else { c }).collect()
+    name.chars().map(|c| if c.is_control() || is_odd(c) { '?' } else { c }).collect()
+}
+
+/// JSON that a terminal can be shown: what would command one is written as `\u009b`. It can stand
+/// in texts alone.
+pub fn escape_json(json: &str) -> String {
+    let mut escaped = String::with_capacity(json.len());
+    for c in json.chars() {
+        if is_odd(c) {
+            escaped += &format!("\\u{:04x}", u32::from(c));
+        } else {
+            escaped.push(c);
+        }
+    }
+    escaped
+}
+
+/// Whether it commands a terminal, or turns the order of what is behind it, and JSON lets it stand.
+fn is_odd(c: char) -> bool {
+    matches!(c, '\u{7f}'..='\u{9f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 fn to_json(value: &Value) -> Json {
@@ -236,6 +255,11 @@ mod tests {
         let line = reader().line(&text, &mut Widths::default(), false).unwrap();
         assert!(line.contains(r#"text="\u{1b}[2J\nrm -rf\u{7f}""#), "{line}");
         assert!(!line.contains(char::is_control));
+        let text = seen(253, 83, "\x06\u{9b}2J\u{7f}\u{202e}\u{2066}é".as_bytes());
+        let json = reader().json(&text).unwrap();
+        assert!(json.contains(r"\u009b2J\u007f\u202e\u2066é"), "{json}");
+        let read: Json = serde_json::from_str(&json).unwrap();
+        assert_eq!(read["fields"]["text"], json!("\u{9b}2J\u{7f}\u{202e}\u{2066}é"));
         let mut odd = seen(0, 50, &[1]);
         odd.endpoint = "\x1b[2J".to_owned();
         assert!(!reader().line(&odd, &mut Widths::default(), false).unwrap().contains('\x1b'));

@@ -67,7 +67,8 @@ impl Tap {
     }
 
     #[inline]
-    pub(super) fn is_open(&self) -> bool {
+    /// Whether copies are kept.
+    pub fn is_open(&self) -> bool {
         self.is_open
     }
 

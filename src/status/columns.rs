@@ -19,7 +19,7 @@ impl Columns {
 
     pub(super) fn push(&mut self, row: Vec<String>) {
         debug_assert_eq!(row.len(), self.head.len());
-        self.rows.push(row);
+        self.rows.push(row.into_iter().map(|cell| printable(&cell)).collect());
     }
 
     fn width(&self, column: usize) -> usize {
@@ -56,6 +56,13 @@ impl fmt::Display for Columns {
         }
         Ok(())
     }
+}
+
+/// A text that commands no terminal: names, peers and reasons are what somebody made them.
+pub(super) fn printable(text: &str) -> String {
+    let is_odd =
+        |c: char| c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    text.replace(is_odd, "?")
 }
 
 #[cfg(test)]

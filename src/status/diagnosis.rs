@@ -35,10 +35,12 @@ impl Finding {
 
 /// What looks wrong, the gravest first.
 pub fn diagnose(snapshot: &Snapshot) -> Vec<Finding> {
-    let endpoints = &snapshot.endpoints;
-    let mut findings: Vec<Finding> = endpoints.iter().filter_map(down).collect();
+    // A part of the program itself has neither a cable nor anybody to switch it on.
+    let of_others = snapshot.endpoints.iter().filter(|endpoint| !endpoint.is_internal);
+    let endpoints: Vec<&EndpointStatus> = of_others.collect();
+    let mut findings: Vec<Finding> = endpoints.iter().filter_map(|it| down(it)).collect();
     findings.extend(endpoints.iter().flat_map(|it| it.links.iter().filter_map(|l| noise(it, l))));
-    findings.extend(endpoints.iter().filter_map(nobody));
+    findings.extend(endpoints.iter().filter_map(|it| nobody(it)));
     findings.extend(endpoints.iter().flat_map(|it| it.links.iter().filter_map(|l| silence(it, l))));
     findings.extend(endpoints.iter().flat_map(|it| it.links.iter().flat_map(|l| refusals(it, l))));
     findings.extend(no_heartbeat(snapshot));
@@ -51,13 +53,15 @@ fn down(endpoint: &EndpointStatus) -> Option<Finding> {
         EndpointState::Waiting => "is down",
         EndpointState::Resolving => "is down: its host name is being asked for",
         EndpointState::Connecting => "is down: it is being connected",
-        EndpointState::GivenUp => "has failed and is not tried again (retry=0)",
+        EndpointState::GivenUp => "is closed and not tried again",
         EndpointState::Disabled => "is switched off",
         EndpointState::Listening | EndpointState::Up => return None,
     };
     let remedy = match endpoint.state {
         EndpointState::Disabled => "mavswitch endpoint enable NAME switches it on",
-        EndpointState::GivenUp => "mend the cause, then start the program again",
+        EndpointState::GivenUp => {
+            "`mavswitch endpoint disable NAME` and then `enable NAME` open it again"
+        }
         _ => "it is tried again by itself; is the other side on, and the address right?",
     };
     let reason = endpoint.reason.as_ref().map_or_else(String::new, |it| format!(": {it}"));
@@ -221,6 +225,21 @@ mod tests {
         assert_eq!(found[0], "is down: /dev/ttyUSB0: No such file or directory");
         assert_eq!(found[1], "nobody has come yet, or all have gone");
         assert_eq!(found[2], "no frame has ever come from /dev/ttyS1");
+    }
+
+    #[test]
+    fn a_log_that_was_played_back_is_waited_for_by_nobody() {
+        let mut log = endpoint("log", EndpointState::GivenUp, vec![]);
+        log.reason = Some("the log has ended".to_owned());
+        assert_eq!(found(vec![log], vec![]), ["is closed and not tried again: the log has ended"]);
+    }
+
+    #[test]
+    fn a_part_of_the_program_itself_has_no_cable() {
+        let mut logs = endpoint("flight-logs", EndpointState::Up, vec![link(Counters::default())]);
+        assert_eq!(found(vec![logs.clone()], vec![]).len(), 1);
+        logs.is_internal = true;
+        assert!(found(vec![logs], vec![]).is_empty());
     }
 
     #[test]

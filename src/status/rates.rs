@@ -28,9 +28,9 @@ impl<'a> Rates<'a> {
     }
 
     /// What a link took and sent. One that has come meanwhile began with nothing.
-    pub fn link(&self, endpoint: &str, after: &LinkStatus) -> (Rate, Rate) {
+    pub fn link(&self, after: &LinkStatus) -> (Rate, Rate) {
         let none = Counters::default();
-        let was = self.link_before(endpoint, after).map_or(&none, |link| &link.counters);
+        let was = self.link_before(after).map_or(&none, |link| &link.counters);
         let is = &after.counters;
         let taken = self.rate((was.frames_in, was.bytes_in), (is.frames_in, is.bytes_in));
         let sent = self.rate((was.frames_out, was.bytes_out), (is.frames_out, is.bytes_out));
@@ -38,15 +38,14 @@ impl<'a> Rates<'a> {
     }
 
     /// The same link before: another one may have had its number.
-    fn link_before(&self, endpoint: &str, after: &LinkStatus) -> Option<&LinkStatus> {
-        let endpoint = self.before.endpoints.iter().find(|it| it.name == endpoint)?;
+    fn link_before(&self, after: &LinkStatus) -> Option<&LinkStatus> {
         let is_it = |link: &&LinkStatus| {
             link.id == after.id
                 && link.peer == after.peer
                 && link.counters.frames_in <= after.counters.frames_in
                 && link.counters.frames_out <= after.counters.frames_out
         };
-        endpoint.links.iter().find(is_it)
+        self.before.endpoints.iter().flat_map(|endpoint| &endpoint.links).find(is_it)
     }
 
     /// Frames a second of a component, over all its links.
@@ -99,17 +98,36 @@ mod tests {
     fn rates_are_differences_by_time() {
         let (before, after) = (picture(1_000_000, 100, "a"), picture(3_000_000, 150, "a"));
         let rates = Rates::between(&before, &after).unwrap();
-        let (taken, sent) = rates.link("fc", &after.endpoints[0].links[0]);
+        let (taken, sent) = rates.link(&after.endpoints[0].links[0]);
         assert_eq!((taken, sent), (Rate { frames: 25.0, bytes: 250.0 }, Rate::default()));
         assert_eq!(rates.component(1, 1, &after.components[0].heard), 25.0);
         assert_eq!(rates.message(&after.messages[0]).frames, 25.0);
     }
 
     #[test]
+    fn a_link_is_found_by_its_number_whatever_its_endpoint_is_called() {
+        let [mut before, mut after] = [(0, 100), (1_000_000, 130)].map(|(time_us, frames)| {
+            let mut picture = picture(time_us, 0, "first");
+            let mut second = self::picture(time_us, frames, "second").endpoints.remove(0);
+            second.links[0].id = 1;
+            picture.endpoints.push(second);
+            picture
+        });
+        let frames = |before: &Snapshot, after: &Snapshot| {
+            let rates = Rates::between(before, after).unwrap();
+            rates.link(&after.endpoints[1].links[0]).0.frames
+        };
+        assert_eq!(frames(&before, &after), 30.0);
+        before.endpoints[1].name = "fc#2".to_owned();
+        after.endpoints[1].name = "other".to_owned();
+        assert_eq!(frames(&before, &after), 30.0);
+    }
+
+    #[test]
     fn a_link_that_took_the_number_of_another_began_with_nothing() {
         let (before, after) = (picture(0, 100, "a"), picture(1_000_000, 30, "b"));
         let rates = Rates::between(&before, &after).unwrap();
-        assert_eq!(rates.link("fc", &after.endpoints[0].links[0]).0.frames, 30.0);
+        assert_eq!(rates.link(&after.endpoints[0].links[0]).0.frames, 30.0);
     }
 
     #[test]

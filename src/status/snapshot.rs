@@ -64,6 +64,9 @@ pub struct EndpointStatus {
     pub links: Vec<LinkStatus>,
     /// What links of it counted that are gone. With those of `links`, its totals never fall.
     pub past: Counters,
+    /// Whether it belongs to the program itself, and no configuration names it.
+    #[serde(default)]
+    pub is_internal: bool,
 }
 
 /// How far an endpoint is.
@@ -81,7 +84,8 @@ pub enum EndpointState {
     Listening,
     /// Its link is up.
     Up,
-    /// It has failed and is not tried again (`retry=0`).
+    /// It has failed (`retry=0`) or come to its end, as a log that is played back does, and is not
+    /// tried again.
     GivenUp,
     /// Somebody switched it off.
     Disabled,

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::columns::Columns;
+use super::columns::{Columns, printable};
 use super::rates::{Rate, Rates};
 use super::{
     ArmedState, ComponentStatus, Counters, EndpointState, EndpointStatus, LinkStatus, Snapshot,
@@ -67,7 +67,7 @@ fn endpoints(snapshot: &Snapshot, colour: bool) -> String {
     let mut text = table.to_string();
     for EndpointStatus { name, reason, .. } in &snapshot.endpoints {
         if let Some(reason) = reason {
-            let _ = writeln!(text, "{name}: {reason}");
+            let _ = writeln!(text, "{}: {}", printable(name), printable(reason));
         }
     }
     text
@@ -90,7 +90,7 @@ fn links(snapshot: &Snapshot, rates: Option<&Rates<'_>>, colour: bool) -> String
     let mut is_empty = true;
     for endpoint in &snapshot.endpoints {
         for link in &endpoint.links {
-            let rates = rates.map(|rates| rates.link(&endpoint.name, link)).unwrap_or_default();
+            let rates = rates.map(|rates| rates.link(link)).unwrap_or_default();
             table.push(link_row(&endpoint.name, link, rates));
             is_empty = false;
         }
@@ -134,7 +134,7 @@ fn trouble(counters: &Counters) -> String {
 fn components(snapshot: &Snapshot, rates: Option<&Rates<'_>>, colour: bool) -> String {
     if snapshot.components.is_empty() {
         return "no component heard yet: does the autopilot send, at this baud rate, to this \
-                port?\n"
+                port? `mavswitch listen` shows what comes\n"
             .to_owned();
     }
     let mut table = Columns::new(COMPONENTS, colour);
@@ -218,9 +218,28 @@ mod tests {
     #[test]
     fn nothing_is_told_as_nothing() {
         let text = to_text(&Snapshot::default(), &Snapshot::default(), false);
-        for word in ["no endpoint", "no link yet", "no component heard yet"] {
+        for word in ["no endpoint", "no link yet", "no component heard yet", "`mavswitch listen`"] {
             assert!(text.contains(word), "{text}");
         }
+    }
+
+    #[test]
+    fn no_name_and_no_reason_commands_a_terminal() {
+        let odd = "\x1b[2J\u{9b}\r\n\u{202e}";
+        let link = LinkStatus { peer: odd.to_owned(), ..LinkStatus::default() };
+        let endpoint = EndpointStatus {
+            name: odd.to_owned(),
+            reason: Some(odd.to_owned()),
+            links: vec![link],
+            ..EndpointStatus::default()
+        };
+        let snapshot = Snapshot { endpoints: vec![endpoint], ..Snapshot::default() };
+        let text = to_text(&snapshot, &snapshot, false);
+        assert!(text.contains("?[2J????: ?[2J????\n"), "{text:?}");
+        assert!(
+            !text.contains(|c: char| c.is_control() && c != '\n' || c == '\u{202e}'),
+            "{text:?}"
+        );
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::columns::printable;
 use super::diagnosis::{Finding, diagnose};
 use super::snapshot::Snapshot;
 use super::why::{FrameFate, LinkFate, Why};
@@ -44,7 +45,7 @@ pub fn diagnosis_text(snapshot: &Snapshot) -> String {
 fn write_findings(text: &mut String, findings: &[Finding]) {
     for Finding { endpoint, problem, remedy } in findings {
         let place = endpoint.as_ref().map_or_else(String::new, |name| format!("{name}: "));
-        let _ = writeln!(text, "{place}{problem}");
+        let _ = writeln!(text, "{}{}", printable(&place), printable(problem));
         let _ = writeln!(text, "    {remedy}");
     }
 }
@@ -55,7 +56,7 @@ fn unheard(name: &str, snapshot: &Snapshot) -> String {
         let mut places: Vec<&str> = component.heard.iter().map(|it| it.endpoint.as_str()).collect();
         places.dedup();
         let (system, id) = (component.system, component.component);
-        heard.push(format!("{system}/{id} on {}", places.join(", ")));
+        heard.push(format!("{system}/{id} on {}", printable(&places.join(", "))));
     }
     let more = heard.len().saturating_sub(12);
     heard.truncate(12);
@@ -111,9 +112,9 @@ fn described(link: &LinkFate) -> String {
 
 fn place(endpoint: &str, peer: &str) -> String {
     if peer.is_empty() || peer == endpoint {
-        endpoint.to_owned()
+        printable(endpoint)
     } else {
-        format!("{endpoint} ({peer})")
+        printable(&format!("{endpoint} ({peer})"))
     }
 }
 

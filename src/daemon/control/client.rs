@@ -26,6 +26,8 @@ pub(super) struct ControlClient {
     is_readable: bool,
     /// Whether it will send no more.
     has_ended: bool,
+    /// Whether it will take no more either.
+    has_gone: bool,
     pub(super) mode: Mode,
     /// What it wants to see, in [`Mode::Listening`].
     pub(super) listening: Option<Box<Listening>>,
@@ -68,6 +70,7 @@ impl ControlClient {
             sent: 0,
             is_readable: true,
             has_ended: false,
+            has_gone: false,
             mode: Mode::Asking,
             listening: None,
             last_progress: now,
@@ -91,6 +94,7 @@ impl ControlClient {
     /// Room to write needs no note: whoever has something to write tries.
     pub(super) fn handle_event(&mut self, event: &Event) {
         self.is_readable |= event.is_readable() || event.is_read_closed() || event.is_error();
+        self.has_gone |= event.is_write_closed();
     }
 
     /// Queues a line, or leaves it out if something waits already; says which.
@@ -162,7 +166,8 @@ impl ControlClient {
             }
             if self.has_ended {
                 let is_following = matches!(self.mode, Mode::Following { .. });
-                return if is_following { Input::Nothing } else { Input::End };
+                let is_served = is_following && !self.has_gone;
+                return if is_served { Input::Nothing } else { Input::End };
             }
             if !self.is_readable {
                 return Input::Nothing;

@@ -3,11 +3,12 @@
 
 use tracing::info;
 
-use super::super::endpoint::State;
+use super::super::endpoint::{Endpoint, State};
 use super::super::endpoint_table::EndpointId;
 use super::super::event_loop::Daemon;
+use super::super::plan::is_internal;
 use super::super::settings::settle;
-use crate::config::EndpointConfig;
+use crate::config::{EndpointConfig, KeyRef};
 use crate::control::Answer;
 
 /// What was done, or why it was not.
@@ -31,7 +32,7 @@ impl Daemon {
     }
 
     fn add_by_request(&mut self, text: &str) -> Outcome {
-        let config: EndpointConfig = text.parse().map_err(|error| format!("{error}"))?;
+        let config = self.read_endpoint(text)?;
         let name = config.name();
         if self.named(&name).next().is_some() {
             return Err(format!(
@@ -55,9 +56,14 @@ impl Daemon {
     }
 
     fn change_by_request(&mut self, text: &str) -> Outcome {
-        let config: EndpointConfig = text.parse().map_err(|error| format!("{error}"))?;
+        let config = self.read_endpoint(text)?;
         let name = config.name();
         let index = self.one_named(&name)?;
+        if self.io.endpoints.iter().filter(|it| it.config.name() == name).count() > 1 {
+            return Err(format!(
+                "there are several endpoints {name}: give them names (?name=NAME)"
+            ));
+        }
         if self.io.endpoints[index].config == config {
             return Ok(format!("{name}: is so already"));
         }
@@ -89,8 +95,37 @@ impl Daemon {
         }
     }
 
+    /// An endpoint as on the command line, with its keys: those that are in use already. A request
+    /// reads no files.
+    fn read_endpoint(&self, text: &str) -> Result<EndpointConfig, String> {
+        let mut config: EndpointConfig = text.parse().map_err(|error| format!("{error}"))?;
+        let name = config.name();
+        let options = &mut config.options;
+        for named in [&mut options.sign, &mut options.verify].into_iter().flatten() {
+            named.key = self.loaded_key(&named.name).and_then(|loaded| loaded.key.clone());
+            if named.key.is_none() {
+                return Err(format!(
+                    "{name}: key `{}` is not loaded: only keys that an endpoint uses since the last \
+                     start or reload are. Put this endpoint, and under `keys` its key, into the \
+                     configuration file, and reload",
+                    named.name
+                ));
+            }
+        }
+        Ok(config)
+    }
+
+    /// Where a key of this name is in use.
+    fn loaded_key(&self, name: &str) -> Option<&KeyRef> {
+        let options = self.io.endpoints.iter().map(Endpoint::options);
+        let mut keys = options.flat_map(|it| [&it.sign, &it.verify]).flatten();
+        keys.find(|used| used.name == name && used.key.is_some())
+    }
+
+    /// What is configured: not what belongs to the program itself.
     fn configs(&self) -> Vec<EndpointConfig> {
-        self.io.endpoints.iter().map(|endpoint| endpoint.config.clone()).collect()
+        let configs = self.io.endpoints.iter().map(|endpoint| &endpoint.config);
+        configs.filter(|config| !is_internal(config)).cloned().collect()
     }
 
     /// Puts another one in the place of an endpoint, or none.
@@ -105,7 +140,7 @@ impl Daemon {
             id if id == index => instead.take().flatten(),
             id => Some(self.io.endpoints[id].config.clone()),
         });
-        let wanted = wanted.collect();
+        let wanted = wanted.filter(|config| !is_internal(config)).collect();
         self.want(wanted)
     }
 
@@ -120,20 +155,23 @@ impl Daemon {
         ids.filter(move |id| self.io.endpoints[*id].name == name)
     }
 
-    /// The one endpoint of this name.
+    /// The endpoint of this name, if it is one that somebody configured.
     fn one_named(&self, name: &str) -> Result<EndpointId, String> {
-        let mut named = self.named(name);
-        match (named.next(), named.next()) {
-            (Some(index), None) => Ok(index),
-            (Some(_), Some(_)) => {
-                Err(format!("there are several endpoints {name}: give them names (?name=NAME)"))
-            }
-            (None, _) => Err(format!("there is no endpoint {name} ({})", self.known_names())),
+        let own = format!("internal:{name}");
+        let mut owns = self.named(&own).filter(|id| is_internal(&self.io.endpoints[*id].config));
+        match self.named(name).next().or_else(|| owns.next()) {
+            Some(index) if is_internal(&self.io.endpoints[index].config) => Err(format!(
+                "{name} is a part of the program itself, which no request changes: set the option \
+                 that brings it (such as flight_log), and reload or start again"
+            )),
+            Some(index) => Ok(index),
+            None => Err(format!("there is no endpoint {name} ({})", self.known_names())),
         }
     }
 
     fn known_names(&self) -> String {
-        let names: Vec<&str> = self.io.endpoints.iter().map(|it| it.name.as_str()).collect();
+        let configured = self.io.endpoints.iter().filter(|it| !is_internal(&it.config));
+        let names: Vec<&str> = configured.map(|it| it.name.as_str()).collect();
         match &names[..] {
             [] => "there is none at all".to_owned(),
             names => format!("there are: {}", names.join(", ")),

@@ -20,7 +20,8 @@ use crate::routing::{LinkId, Sighting, Time};
 pub(super) struct Listening {
     id: u64,
     wanted: Selection,
-    /// How many frames were wanted that there was no room for.
+    /// How many frames there was no room for: wanted ones, and those of all that found no room with
+    /// the router.
     missed: u64,
 }
 
@@ -80,8 +81,7 @@ impl Daemon {
             if !listening.wanted.takes(&header, endpoint, sighting.dropped.is_some()) {
                 continue;
             }
-            // The names and the rest of the line take about as much again.
-            used += bytes.len() * 2 + 300;
+            used += self.told_len(sighting, bytes);
             if used > room {
                 missed += 1;
             } else {
@@ -96,6 +96,15 @@ impl Daemon {
         let line = AnswerLine::new(listening.id, Answer::Frames(frames));
         client.append(&line.to_line());
         client.flush(self.now)
+    }
+
+    /// About how long a frame is in a line, in bytes.
+    fn told_len(&self, sighting: &Sighting, bytes: &[u8]) -> usize {
+        let refused = sighting.refused.iter().flatten().map(|(link, _)| *link);
+        // A name in its quotes, with a comma, and a reason at most; then the digits and the rest.
+        let name = |link: LinkId| self.endpoint_name(link).len() + 3;
+        let names: usize = sighting.sent.iter().map(name).sum();
+        names + refused.map(|link| name(link) + 30).sum::<usize>() + bytes.len() * 2 + 300
     }
 
     fn seen(&self, sighting: &Sighting, bytes: &[u8]) -> SeenFrame {

@@ -213,6 +213,10 @@ fn what_has_come_to_its_end_is_closed_and_stays_so() {
     until(&mut daemon, "its link is closed", |daemon| daemon.io.links.get(link).is_none());
     assert_eq!(listener.heard(), 1);
     assert!(daemon.io.endpoints[index].deadline.is_none(), "it is not tried again");
+    let told = daemon.snapshot().endpoints.remove(1);
+    assert_eq!(told.state, crate::status::EndpointState::GivenUp);
+    assert_eq!(told.reason.as_deref(), Some("the end of the log"));
+    assert!(told.is_internal);
     daemon.remove_endpoint(index, "not needed");
     assert!(daemon.io.endpoints.get(index).is_none());
 }

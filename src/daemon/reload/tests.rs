@@ -114,7 +114,9 @@ fn described(daemon: &Daemon) -> Vec<String> {
             State::Up(_) => "up",
         };
         let lists = (&endpoint.filter_in, &endpoint.filter_out, &endpoint.caps);
-        let (name, config) = (&endpoint.name, &endpoint.config);
+        let (name, config) = (endpoint.config.name(), &endpoint.config);
+        // With a number behind it if another one was there first.
+        assert!(endpoint.name.starts_with(&name), "{} is {name}", endpoint.name);
         lines.push(format!("{name}: {config} {lists:?} {membership:?} {state} {links:?}"));
     }
     lines.push(format!("{:?}", daemon.router.options()));
