@@ -15,8 +15,6 @@ use crate::mavlink::{CheckedFrame, Component, MessageId};
 pub struct Explanation {
     /// Why it would not be taken at all, if so. `fates` tell what would be if it were.
     pub refused: Option<DropReason>,
-    /// Whether it would be taken only with a good signature; `refused` takes it to have one.
-    pub needs_signature: bool,
     /// What it would be to each link, lowest number first; the one it comes from is among them.
     pub fates: Vec<(LinkId, Fate)>,
 }
@@ -77,8 +75,7 @@ impl Explanation {
 impl Router {
     /// What would become of a frame that came from `link` now and had not come before; `None` if
     /// there is no such link. [`Router::handle`] would do the same. If the link asks for signatures,
-    /// the frame is taken for one that has a good one; and it has the system ids of this side, if the
-    /// other side has others.
+    /// the frame is taken for one that has a good one.
     pub fn explain(
         &self,
         link: LinkId,
@@ -102,8 +99,7 @@ impl Router {
         decision.destinations(link, frame, now);
         let steps = decision.witness.steps;
         let fates = self.links.iter().map(|to| (to, self.fate(link, to, frame, &steps, now)));
-        let needs_signature = port.needs_signature(frame.header.id);
-        Some(Explanation { refused, needs_signature, fates: fates.collect() })
+        Some(Explanation { refused, fates: fates.collect() })
     }
 
     /// The route that the frame itself teaches.
@@ -135,10 +131,7 @@ impl Router {
             was_left = is_left;
         }
         let port = self.port(to).filter(|_| was_left);
-        let refusal = port.and_then(|port| {
-            let refusal = port.refusal(frame, precedence(frame), now);
-            refusal.or_else(|| port.shape_refusal(frame))
-        });
+        let refusal = port.and_then(|port| port.refusal(frame, precedence(frame), now));
         refusal.map_or(fate, Fate::Refused)
     }
 

@@ -254,14 +254,6 @@ impl Gate {
         Ok(self.sign(&frame, clock, now, signed))
     }
 
-    /// Why a frame cannot be given the shape in which it leaves, if so.
-    fn shape_refusal(&self, frame: &CheckedFrame<'_>) -> Option<DropReason> {
-        let [mut remapped, mut converted, mut shaped] = <[FrameBuffer; 3]>::default();
-        let frame = self.remap(frame, &mut remapped);
-        let frame = frame.and_then(|frame| self.convert(&frame, &mut converted));
-        frame.and_then(|frame| self.shape(&frame, &mut shaped)).err()
-    }
-
     /// The frame with a signature, if it gets one.
     fn sign<'a>(
         &self,
@@ -383,17 +375,6 @@ impl Port {
     /// Why the gate takes nothing at all now, if it does not.
     pub(super) fn gate_refusal(&self, now: Time) -> Option<DropReason> {
         self.gate.as_ref()?.refusal(now)
-    }
-
-    /// Whether a message of this kind is taken only with a good signature.
-    pub(super) fn needs_signature(&self, id: MessageId) -> bool {
-        let verify = self.gate.as_ref().and_then(|gate| gate.options.verify.as_ref());
-        verify.is_some_and(|verify| !verify.allow_unsigned.contains(&id))
-    }
-
-    /// Why the gate lets a frame not leave, if so.
-    pub(super) fn shape_refusal(&self, frame: &CheckedFrame<'_>) -> Option<DropReason> {
-        self.gate.as_ref()?.shape_refusal(frame)
     }
 
     /// Whether frames come through a gate.

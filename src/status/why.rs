@@ -37,9 +37,6 @@ pub struct FrameFate {
     /// Why it would not be taken at all: `filtered_in`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refused: Option<String>,
-    /// Whether it would be taken only with a good signature; the rest holds for one that has it.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub needs_signature: bool,
     /// What it would be to each link.
     pub links: Vec<LinkFate>,
 }

@@ -86,9 +86,6 @@ impl FrameFate {
         if self.refused.is_some() {
             return;
         }
-        if self.needs_signature {
-            *text += "  if it is signed with the key of that endpoint's `verify`; else it is not taken\n";
-        }
         for link in self.links.iter().filter(|link| !link.is_sent && link.reason != "own_link") {
             let (why, remedy) = words(&link.reason);
             let by = link.by.as_ref().map_or_else(String::new, |by| format!(" (by {by})"));
@@ -170,18 +167,6 @@ fn words(reason: &str) -> (&str, &str) {
             "too many frames come from there in a second (max_rate)",
             "raise `max_rate`, or find out who floods: `mavswitch listen from=NAME`",
         ),
-        "unsignable" => (
-            "it is MAVLink 1, which cannot be signed, and nothing else is sent there",
-            "v1=upgrade makes it MAVLink 2 and signs it, v1=pass sends it as it is",
-        ),
-        "signed" => (
-            "it is signed, so that it cannot be given other system ids (remap)",
-            "verify and strip where it comes from take the signature off before",
-        ),
-        "not_converted" => (
-            "it cannot be had in the version of MAVLink that is sent there",
-            "leave out `version` there, or let it pass as it is with the option for that",
-        ),
         "rate_cap" => ("its cap on this message has let one through just now", ""),
         _ => (reason, ""),
     }
@@ -236,15 +221,6 @@ mod tests {
         let text = told(vec![frame]);
         let expected = "not taken from gcs (10.0.0.2:14550): its lists of what comes in";
         assert!(text.contains(expected) && !text.contains("to fc"), "{text}");
-    }
-
-    #[test]
-    fn what_is_only_taken_with_a_signature_is_told_so() {
-        let links = vec![link("fc", "route", true), link("radio", "not_converted", false)];
-        let text = told(vec![FrameFate { needs_signature: true, ..frame(links) }]);
-        let expected = " to fc\n  if it is signed with the key of that endpoint's `verify`;";
-        assert!(text.contains(expected), "{text}");
-        assert!(text.contains("not to radio: it cannot be had in the version"), "{text}");
     }
 
     #[test]

@@ -5,10 +5,9 @@ use std::sync::Arc;
 use crate::frames::{Random, Receiver, frame, signed, telemetry};
 use crate::network::*;
 use mavswitch::mavlink::{
-    CheckedFrame, Component, Dialect, FrameBuffer, Header, Input, MessageId, Recipes, SystemMap,
-    Version,
+    Component, Dialect, FrameBuffer, Input, MessageId, Recipes, SystemMap, Version,
 };
-use mavswitch::routing::{DropReason, Fate, GateOptions, LinkId, LinkOptions, RouterOptions, Way};
+use mavswitch::routing::{DropReason, GateOptions, LinkId, LinkOptions, RouterOptions};
 
 fn recipes() -> Option<Arc<Recipes>> {
     Some(Arc::new(Recipes::new(&Dialect::builtin())))
@@ -145,21 +144,4 @@ fn rule_61_a_new_ground_station_gets_mavlink_2() {
         sent(&mut network, vehicle, new, &old),
         frame(Version::V2, 3, VEHICLE, (30, 39), &[7; 28])
     );
-}
-
-#[test]
-fn who_asks_why_is_told_what_cannot_be_converted_for_a_link() {
-    let (network, old, open) = beside(version(Version::V1, false));
-    for (id, expected) in [
-        (MessageId(0), Fate::Sent(Way::Broadcast)),
-        (MessageId(290), Fate::Refused(DropReason::NotConverted)),
-    ] {
-        let bytes = vec![0; 12 + 9];
-        let (version, source) = (Version::V2, VEHICLE);
-        let header = Header { version, len: 9, signed: false, seq: 0, source, id };
-        let target = Component::new(0, 0);
-        let frame = CheckedFrame { bytes: &bytes, header, target, verified: true };
-        let explanation = network.router.explain(open, &frame, network.now).unwrap();
-        assert_eq!(explanation.fate(old), Some(expected), "{id}");
-    }
 }

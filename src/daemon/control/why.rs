@@ -165,8 +165,7 @@ impl Daemon {
         // At most 255, as above.
         let header = Header { version, len: len as u8, signed: false, seq: 0, source, id };
         let frame = CheckedFrame { bytes: &bytes, header, target, verified: true };
-        let Explanation { refused, needs_signature, fates } =
-            self.router.explain(link, &frame, self.now)?;
+        let Explanation { refused, fates } = self.router.explain(link, &frame, self.now)?;
         let links = fates.iter().map(|(to, fate)| self.link_fate(*to, *fate, wanted));
         Some(FrameFate {
             source: source.to_string(),
@@ -176,7 +175,6 @@ impl Daemon {
             link: number(link),
             peer: self.peer_name(link),
             refused: refused.map(|reason| reason.name().to_owned()),
-            needs_signature,
             links: links.collect(),
         })
     }
