@@ -123,7 +123,7 @@ fn read_key_or_credential(file: &KeyFile, credentials: Option<&Path>) -> Result<
         None => (path.clone(), 0o077),
     };
     let bytes = read_private(name, &path, forbidden)?;
-    parse_key(&bytes).ok_or(KeyError::Content(name.clone(), path))
+    parse_key(&bytes).ok_or_else(|| KeyError::Content(name.clone(), path))
 }
 
 /// The credential of the same name, if there is one.
