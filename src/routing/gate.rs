@@ -4,9 +4,8 @@
 //!
 //! A link without any of this has no gate, and costs nothing. What a gate refuses teaches nothing.
 
-use std::sync::Arc;
-
 use super::counters::DropReason;
+use super::gate_options::{GateOptions, OldFrames, Verify};
 use super::group::Membership;
 use super::link_set::LinkId;
 use super::options::{LinkOptions, RouterEvent};
@@ -15,62 +14,7 @@ use super::queue::Precedence;
 use super::router::{Router, push_event};
 use super::signing::{HeardId, Signing, SigningClock};
 use super::time::Time;
-use crate::mavlink::{
-    CheckedFrame, FrameBuffer, Key, MessageId, Recipes, Refusal, SystemMap, Version,
-};
-
-/// What is asked of the frames of a link; the default asks nothing.
-#[derive(Clone, PartialEq, Eq, Default, Debug)]
-pub struct GateOptions {
-    /// Nothing that comes from here is taken.
-    pub is_readonly: bool,
-    /// So many frames are taken in a second at most, 1..=1,000,000.
-    pub max_rate: Option<u32>,
-    /// What comes must be signed.
-    pub verify: Option<Verify>,
-    /// What leaves is signed.
-    pub sign: Option<Sign>,
-    /// What comes and leaves has other system ids on the link than here.
-    pub remap: Option<Arc<SystemMap>>,
-    /// In which layout frames leave; `None`: as they are.
-    pub version: Option<Version>,
-    /// What cannot be brought into that layout is sent as it is.
-    pub passes_unconverted: bool,
-    /// What is known of messages; needed for the three above.
-    pub recipes: Option<Arc<Recipes>>,
-}
-
-/// How signatures are checked.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct Verify {
-    /// What they must have been made with.
-    pub key: Key,
-    /// Messages that may come unsigned.
-    pub allow_unsigned: Vec<MessageId>,
-    /// Whether frames go on without their signature.
-    pub strip: bool,
-}
-
-/// How signatures are made.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct Sign {
-    /// With which key.
-    pub key: Key,
-    /// What becomes of MAVLink 1, which cannot be signed.
-    pub v1: OldFrames,
-}
-
-/// What becomes of a frame of MAVLink 1 where frames are signed.
-#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
-pub enum OldFrames {
-    /// It leaves as it is.
-    #[default]
-    Pass,
-    /// It is made one of MAVLink 2, and signed.
-    Upgrade,
-    /// It is dropped.
-    Drop,
-}
+use crate::mavlink::{CheckedFrame, FrameBuffer, Refusal, Version};
 
 /// The gate of one link.
 #[derive(Debug)]
@@ -416,7 +360,11 @@ impl Port {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
+    use crate::mavlink::{Key, SystemMap};
+    use crate::routing::Sign;
 
     #[test]
     fn only_what_frames_are_asked_for_costs_them_buffers() {

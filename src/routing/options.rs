@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::counters::DropReason;
 use super::filter::FilterLists;
-use super::gate::GateOptions;
+use super::gate_options::GateOptions;
 use super::group::{GroupId, Membership};
 use super::link_set::LinkId;
 use super::rate_limit::RateCap;

@@ -176,7 +176,7 @@ fn a_listener_that_is_stopped_keeps_nobody_waiting_and_is_told_what_it_missed() 
     let missed = loop {
         let line = listener.line();
         assert!(!line.is_empty(), "it ended after {shown} frames");
-        if let Some(rest) = line.strip_prefix("... ") {
+        if let Some(rest) = line.strip_prefix("... up to ") {
             break rest.split(' ').next().unwrap().parse::<u32>().unwrap();
         }
         shown += 1;
