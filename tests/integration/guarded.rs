@@ -4,7 +4,7 @@ use std::fs::{Permissions, set_permissions};
 use std::os::unix::fs::PermissionsExt;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use mavswitch::control::Client;
+use mavswitch::control::{Client, Request};
 use mavswitch::mavlink::{CheckedFrame, FrameBuffer, Header, Key, Timestamp};
 use mavswitch::status::LinkStatus;
 
@@ -95,6 +95,25 @@ fn a_stranger_is_let_in_by_what_is_signed_in_its_datagram_and_only_that_is_heard
     gcs.expect(command_long(VEHICLE, GCS));
     assert!(!scene.router.log.has(&["component 2/1 seen"]));
     assert_eq!(scene.links()[0].counters.refused["unsigned"], 1, "the one behind the good one");
+}
+
+#[test]
+fn an_endpoint_that_is_added_later_has_the_keys_that_no_other_uses() {
+    let dir = TempDir::new();
+    let file = dir.write("radio.key", &format!("passphrase:{PASSPHRASE}"));
+    set_permissions(&file, Permissions::from_mode(0o600)).expect("a file of ours");
+    let key = format!("radio={}", file.display());
+    let router = Router::start(&["--key", &key, "udpin:127.0.0.1:0?name=open"]);
+    let mut vehicle = router.udp("open", VEHICLE);
+    let mut client = Client::connect(Some(&router.control())).expect("a daemon");
+    let endpoint = "tcpin:127.0.0.1:0?name=later&verify=radio&sign=radio".to_owned();
+    client.ask(Request::EndpointAdd { endpoint }).expect("an endpoint more");
+    let mut gcs = router.tcp_silent("later", GCS);
+    let hello = signed(&heartbeat(GCS), 1);
+    gcs.send(&hello);
+    vehicle.expect(&hello);
+    vehicle.send(attitude(VEHICLE, 1));
+    assert!(Key::from_passphrase(PASSPHRASE).has_signed(&gcs.receive()));
 }
 
 #[test]
