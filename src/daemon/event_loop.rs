@@ -17,6 +17,7 @@ use super::http::Http;
 use super::links::Output;
 use super::log_limit::LogLimit;
 use super::notify::Notifier;
+use super::record::Collecting;
 use super::reload::{Host, Reloader};
 use super::settings::settle;
 use super::signals::Signals;
@@ -87,7 +88,7 @@ pub(super) struct Daemon {
     /// Copies what is received to files, if it is to.
     pub(super) recorder: Option<Recorder>,
     /// The part of the program that takes flight-stack logs, if they are wanted.
-    pub(super) collector: Option<EndpointId>,
+    pub(super) collector: Option<Collecting>,
 }
 
 /// Something that has more to read.
@@ -214,6 +215,7 @@ impl Daemon {
         }
         info!("stopping");
         self.notifier.handle_stopping();
+        self.leave_vehicles();
         self.drain(&mut events)?;
         self.report_links();
         self.end_signing_time();
