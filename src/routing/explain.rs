@@ -84,8 +84,9 @@ impl Router {
     ) -> Option<Explanation> {
         let port = self.port(link)?;
         let is_filtered = !port.takes(frame);
-        let refused =
-            port.gate_refusal(now).or_else(|| is_filtered.then_some(DropReason::FilteredIn));
+        let refused = port
+            .gate_refusal(frame.header.id, now)
+            .or_else(|| is_filtered.then_some(DropReason::FilteredIn));
         let mut groups = self.groups.clone();
         let mut decision = Decision {
             options: self.options,

@@ -14,7 +14,7 @@ use super::queue::Precedence;
 use super::router::{Router, push_event};
 use super::signing::{HeardId, Signing, SigningClock};
 use super::time::Time;
-use crate::mavlink::{CheckedFrame, FrameBuffer, Refusal, Version};
+use crate::mavlink::{CheckedFrame, FrameBuffer, MessageId, Refusal, Version};
 
 /// The gate of one link.
 #[derive(Debug)]
@@ -91,13 +91,13 @@ impl Gate {
         self.remap(&frame, remapped)
     }
 
-    /// Why a frame that came is kept out whatever it is, if so.
-    fn keeps_out(&mut self, now: Time) -> Option<DropReason> {
-        if self.options.is_readonly {
-            return Some(DropReason::ReadOnly);
-        }
-        let is_flooded = self.options.max_rate.is_some_and(|rate| !self.bucket.permit(rate, now));
-        is_flooded.then_some(DropReason::MaxRate)
+    /// Why a frame that came is kept out whatever it says, if so.
+    fn keeps_out(&mut self, id: MessageId, now: Time) -> Option<DropReason> {
+        // The original is changed by it: something came.
+        let mut bucket = self.bucket;
+        let reason = self.refusal(id, &mut bucket, now);
+        self.bucket = bucket;
+        reason
     }
 
     /// A frame whose signature is right, if it must be.
@@ -121,15 +121,17 @@ impl Gate {
         }
     }
 
-    /// Why nothing at all is let in now, if so.
-    fn refusal(&self, now: Time) -> Option<DropReason> {
-        // The original is left as it is: nothing came.
-        let mut bucket = self.bucket;
+    /// Why a message would not be let in now, whatever else the frame is, if so.
+    fn refusal(&self, id: MessageId, bucket: &mut Bucket, now: Time) -> Option<DropReason> {
         if self.options.is_readonly {
             return Some(DropReason::ReadOnly);
         }
-        let is_flooded = self.options.max_rate.is_some_and(|rate| !bucket.permit(rate, now));
-        is_flooded.then_some(DropReason::MaxRate)
+        if self.options.max_rate.is_some_and(|rate| !bucket.permit(rate, now)) {
+            return Some(DropReason::MaxRate);
+        }
+        let is_blocked =
+            self.options.blocks_stream_requests && id == MessageId::REQUEST_DATA_STREAM;
+        is_blocked.then_some(DropReason::StreamRequest)
     }
 
     /// A frame with the system ids that it has on the other side; the way there and the way back are
@@ -239,7 +241,7 @@ impl Router {
     ) -> bool {
         let Some(Some(port)) = self.ports.get_mut(link.index()) else { return false };
         let Some(gate) = &mut port.gate else { return false };
-        if let Some(reason) = gate.keeps_out(now) {
+        if let Some(reason) = gate.keeps_out(frame.header.id, now) {
             port.counters[reason] += 1;
             return false;
         }
@@ -316,9 +318,12 @@ impl Port {
         self.gate = Gate::new(gate, *membership, link, signing, now);
     }
 
-    /// Why the gate takes nothing at all now, if it does not.
-    pub(super) fn gate_refusal(&self, now: Time) -> Option<DropReason> {
-        self.gate.as_ref()?.refusal(now)
+    /// Why the gate does not take such a message now, if it does not.
+    pub(super) fn gate_refusal(&self, id: MessageId, now: Time) -> Option<DropReason> {
+        let gate = self.gate.as_ref()?;
+        // The original is left as it is: nothing came.
+        let mut bucket = gate.bucket;
+        gate.refusal(id, &mut bucket, now)
     }
 
     /// Whether frames come through a gate.
@@ -380,6 +385,10 @@ mod tests {
         assert_eq!(make(none()), None);
         assert_eq!(make(GateOptions { is_readonly: true, ..none() }), Some((false, false)));
         assert_eq!(make(GateOptions { max_rate: Some(50), ..none() }), Some((false, false)));
+        assert_eq!(
+            make(GateOptions { blocks_stream_requests: true, ..none() }),
+            Some((false, false))
+        );
         assert_eq!(make(GateOptions { verify: Some(verify), ..none() }), Some((true, false)));
         assert_eq!(make(GateOptions { sign: Some(sign), ..none() }), Some((false, true)));
         assert_eq!(make(GateOptions { version: Some(Version::V1), ..none() }), Some((false, true)));

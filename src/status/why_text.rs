@@ -167,6 +167,10 @@ fn words(reason: &str) -> (&str, &str) {
             "too many frames come from there in a second (max_rate)",
             "raise `max_rate`, or find out who floods: `mavswitch listen from=NAME`",
         ),
+        "stream_request" => (
+            "it asks for telemetry, which nobody there may do (block_stream_requests)",
+            "leave out `block_stream_requests`, or set `request_streams` where the vehicle is",
+        ),
         "rate_cap" => ("its cap on this message has let one through just now", ""),
         _ => (reason, ""),
     }
