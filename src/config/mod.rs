@@ -23,6 +23,7 @@ mod import;
 mod key_files;
 mod layer;
 mod merge;
+mod network;
 mod option_spec;
 mod option_table;
 mod options;
@@ -55,6 +56,7 @@ pub use import::{
 };
 pub use key_files::{KeyError, KeyFile, KeyRef, fuzz_key, load_keys};
 pub use merge::{Config, Endpoint, MAX_ENDPOINTS};
+pub use network::Network;
 pub use option_spec::{OnChange, OptionSpec};
 pub use option_table::OPTIONS;
 pub use options::{EndpointOptions, FilterOptions, FlowControl, MessageRef, PathChoice};

@@ -32,6 +32,7 @@ mod settings;
 mod signals;
 mod signing_time;
 mod snapshot;
+mod strangers;
 mod timers;
 mod token;
 mod transmit;

@@ -7,6 +7,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod abuse;
+mod access;
 mod addresses;
 mod architecture;
 mod blackhole;

@@ -13,6 +13,7 @@ mod frames;
 mod groups;
 mod loops;
 mod network;
+mod onlookers;
 mod regressions;
 mod remade;
 mod routing;
