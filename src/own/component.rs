@@ -82,7 +82,7 @@ impl OwnComponent {
         }
         let target = vehicle.component;
         // Who is nobody speaks as a part of the vehicle itself.
-        let source = self.id.unwrap_or(Component::new(target.system, ONBOARD_COMPUTER));
+        let source = self.id.unwrap_or_else(|| Component::new(target.system, ONBOARD_COMPUTER));
         let link = vehicle.place.link;
         self.singles.extend(stream_requests::requests(target, rate).map(|payload| Single {
             link,
