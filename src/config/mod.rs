@@ -54,7 +54,7 @@ pub use import::{
     ENDPOINT_KEYS, EndpointKey, GENERAL_KEYS, GeneralKey, Imported, ROUTERD_DIR, RouterdArguments,
     RouterdFiles, SectionKind, TcpServer, fuzz_import, import_routerd,
 };
-pub use key_files::{KeyError, KeyFile, KeyRef, fuzz_key, load_keys};
+pub use key_files::{KeyError, KeyFile, KeyRef, fuzz_key, load_keys, load_spare_keys};
 pub use merge::{Config, Endpoint, MAX_ENDPOINTS};
 pub use network::Network;
 pub use option_spec::{OnChange, OptionSpec};

@@ -28,7 +28,9 @@ pub use definitions::{
 pub use dialect::{Definition, Dialect, MAX_DEFINITIONS, Target, TooManyDefinitions};
 pub use encode::{FrameSpec, encode, trimmed};
 pub use fields::{Element, EnumNames, FieldLayout, Layouts, MessageLayout, Value, fuzz_fields};
-pub use frame::{Frame, FrameError, Header, MAX_FRAME, STX_V1, STX_V2, Version, frame_len_of};
+pub use frame::{
+    Frame, FrameError, Header, MAX_FRAME, SIGNATURE, STX_V1, STX_V2, Version, frame_len_of,
+};
 pub use id::{Component, MessageId};
 pub use payload::{Fields, Layout, Payload};
 pub use rewrite::{FrameBuffer, Recipes, SystemMap};

@@ -164,6 +164,15 @@ fn refusals(endpoint: &EndpointStatus, link: &LinkStatus) -> Vec<Finding> {
             format!("{full} frames found its queue full, {} did not", counters.frames_out);
         find(problem, "it carries less than it is sent: a faster line, `rate` caps, or lists");
     }
+    let (unsigned, wrong) = (refused("unsigned"), refused("wrong_signature"));
+    if unsigned > FEW_FRAMES && unsigned * 10 > counters.frames_in {
+        let problem = format!("{unsigned} frames from {} were not signed", link.peer);
+        find(problem, "switch signing on there, with the key of `verify`");
+    }
+    if wrong > FEW_FRAMES && wrong * 10 > counters.frames_in {
+        let problem = format!("{wrong} frames from {} were signed with another key", link.peer);
+        find(problem, "give both sides the same key");
+    }
     let unrouted = refused("no_route");
     if unrouted > FEW_FRAMES && unrouted * 10 > counters.frames_in {
         let problem = format!("{unrouted} frames from {} were for nobody known here", link.peer);

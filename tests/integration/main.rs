@@ -19,6 +19,7 @@ mod datagrams;
 mod faults;
 mod flight_logs;
 mod forwarding;
+mod guarded;
 mod harness;
 mod idle;
 mod learning;
