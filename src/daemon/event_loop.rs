@@ -17,6 +17,7 @@ use super::http::Http;
 use super::links::Output;
 use super::log_limit::LogLimit;
 use super::notify::Notifier;
+use super::own::Own;
 use super::record::Collecting;
 use super::reload::{Host, Reloader};
 use super::settings::settle;
@@ -89,6 +90,7 @@ pub(super) struct Daemon {
     pub(super) recorder: Option<Recorder>,
     /// The part of the program that takes flight-stack logs, if they are wanted.
     pub(super) collector: Option<Collecting>,
+    pub(super) own: Own,
 }
 
 /// Something that has more to read.
@@ -121,6 +123,7 @@ pub fn run(config: DaemonConfig, host: Arc<dyn Host>) -> Result<(), StartError> 
     daemon.open_control();
     daemon.open_http();
     daemon.start_recorder();
+    daemon.refresh_own();
     info!("ready");
     daemon.tell_ready();
     daemon.work().map_err(StartError::System)?;
@@ -192,6 +195,7 @@ impl Daemon {
             signing_time: SigningTime::default(),
             recorder: None,
             collector: None,
+            own: Own::default(),
         })
     }
 
