@@ -20,7 +20,7 @@ use mavswitch::cli::{
 };
 use mavswitch::config::{
     CONFIG_DIR, Config, ConfigError, LogLevel, ROUTERD_DIR, RouterdArguments, RouterdFiles,
-    import_routerd, load_config, load_dialect, load_keys, write_rows,
+    import_routerd, load_config, load_dialect, load_keys, load_spare_keys, write_rows,
 };
 use mavswitch::daemon::{DaemonConfig, Host, run};
 use mavswitch::link::list_ports;
@@ -157,16 +157,18 @@ fn for_daemon(config: Config) -> Result<DaemonConfig, Box<dyn Error>> {
     for file in &config.general.dialect {
         dialect.add(load_dialect(file)?)?;
     }
+    let Config { mut general, endpoints: configured } = config;
     let mut endpoints = Vec::new();
-    for mut endpoint in config.endpoints {
-        if let Err(errors) = load_keys(&mut endpoint.config, &config.general.keys) {
+    for mut endpoint in configured {
+        if let Err(errors) = load_keys(&mut endpoint.config, &general.keys) {
             let lines =
                 errors.iter().map(|(_, error)| format!("{}: {error}", endpoint.config.name()));
             return Err(lines.collect::<Vec<_>>().join("\n").into());
         }
         endpoints.push(endpoint.config);
     }
-    Ok(DaemonConfig { general: config.general, endpoints, dialect })
+    load_spare_keys(&mut general.keys);
+    Ok(DaemonConfig { general, endpoints, dialect })
 }
 
 /// What the daemon asks for while it runs.

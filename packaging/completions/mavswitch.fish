@@ -186,6 +186,9 @@ complete -c mavswitch -n "__fish_mavswitch_using_subcommand status" -l json -d '
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand status" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand status" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand status" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand why" -l mavlink -d 'In which version of MAVLink [default: 2]' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand why" -l signed -d 'Whether it is signed; left out, it is where signatures are asked for' -r -f -a "true\t''
+false\t''"
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand why" -l control -d 'The control socket of the daemon; without it, it is looked for where daemons have it' -r -F
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand why" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
 text\t'One line of text for each event, with the time'

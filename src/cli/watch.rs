@@ -25,6 +25,13 @@ pub struct WhyArgs {
     /// Which message: its name or number; without it, HEARTBEAT and COMMAND_LONG
     #[arg(value_name = "MESSAGE")]
     pub message: Option<String>,
+    /// In which version of MAVLink [default: 2]
+    #[arg(long, value_name = "1|2", value_parser = clap::value_parser!(u8).range(1..=2))]
+    #[arg(requires = "from")]
+    pub mavlink: Option<u8>,
+    /// Whether it is signed; left out, it is where signatures are asked for
+    #[arg(long, value_name = "true|false", requires = "from")]
+    pub signed: Option<bool>,
     /// Print the answer as JSON
     #[arg(long)]
     pub json: bool,
@@ -72,8 +79,10 @@ impl WhyArgs {
             let snapshot = client.status()?;
             return Ok(diagnosis_text(&snapshot));
         };
+        let Self { mavlink, signed, .. } = *self;
         let message = self.message.clone();
-        let Answer::Why(why) = client.ask(Request::Why { from, to, message })? else {
+        let Answer::Why(why) = client.ask(Request::Why { from, to, message, mavlink, signed })?
+        else {
             return Err(ClientError::Unexpected.into());
         };
         if self.json {

@@ -8,6 +8,7 @@ use super::address::{Address, AddressKind};
 use super::device::DEFAULT_BAUD;
 use super::error::{AddressError, AddressProblem};
 use super::host_port::Host;
+use super::network::fuzz_network;
 use super::option_spec::OptionSpec;
 use super::option_table::OPTIONS;
 use super::options::EndpointOptions;
@@ -145,7 +146,8 @@ fn parse(text: &str) -> Result<EndpointConfig, AddressProblem> {
     endpoint.complete()
 }
 
-/// For a fuzzer: reads an endpoint, and if it is one, holds that its canonical text is the same.
+/// For a fuzzer: reads an endpoint, and if it is one, holds that its canonical text is the same; and
+/// a network likewise.
 ///
 /// # Panics
 ///
@@ -154,6 +156,7 @@ pub fn fuzz_endpoint(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else {
         return;
     };
+    fuzz_network(text);
     match text.parse::<EndpointConfig>() {
         Ok(endpoint) => {
             let canonical = endpoint.to_string();
@@ -240,6 +243,10 @@ mod tests {
         (
             "udpout:[fe80::1%wlan0]?bind=[fe80::2%25wlan0]",
             "udpout:[fe80::1%wlan0]:14550?bind=[fe80::2%25wlan0]:0",
+        ),
+        (
+            "udpin:14550?allow_from=127.0.0.1/32,FD00::/8",
+            "udpin:0.0.0.0:14550?allow_from=127.0.0.1,fd00::/8",
         ),
         ("/dev/ttyACM0?name=fc&", "serial:/dev/ttyACM0:57600?name=fc"),
     ];

@@ -244,7 +244,7 @@ pub fn seconds(text: &str) -> Option<Duration> {
 pub fn key_file(text: &str) -> Option<KeyFile> {
     let (name, path) = text.split_once('=')?;
     let name = value::key_name(name)?;
-    (!path.is_empty()).then(|| KeyFile { name, path: path.into() })
+    (!path.is_empty()).then(|| KeyFile { name, path: path.into(), key: None })
 }
 
 fn learn(word: &str) -> Option<Learn> {

@@ -36,6 +36,8 @@ pub struct KeyFile {
     pub name: String,
     /// Where it is.
     pub path: PathBuf,
+    /// The key itself, once its file was read by [`load_spare_keys`].
+    pub key: Option<Key>,
 }
 
 /// `radio=/etc/mavswitch/radio.key`
@@ -98,6 +100,14 @@ pub fn load_keys(
     if errors.is_empty() { Ok(()) } else { Err(errors) }
 }
 
+/// Reads all keys, so that an endpoint that comes later can have them without a file being read. One
+/// that cannot be had is left out: no endpoint has asked for it yet.
+pub fn load_spare_keys(files: &mut [KeyFile]) {
+    for file in files {
+        file.key = read_key(file).ok();
+    }
+}
+
 fn find_key(name: &str, files: &[KeyFile]) -> Result<Key, KeyError> {
     let Some(file) = files.iter().find(|file| file.name == name) else {
         let hint = match suggest::nearest(name, files.iter().map(|file| file.name.as_str())) {
@@ -115,7 +125,7 @@ fn read_key(file: &KeyFile) -> Result<Key, KeyError> {
 }
 
 fn read_key_or_credential(file: &KeyFile, credentials: Option<&Path>) -> Result<Key, KeyError> {
-    let KeyFile { name, path } = file;
+    let KeyFile { name, path, .. } = file;
     let (path, forbidden) = match credential(path, credentials) {
         // Some systems give it to the service's user by an access list, which shows as 0440: then
         // nobody but systemd and that user can enter the directory.
@@ -245,7 +255,7 @@ mod tests {
     fn a_key_that_others_may_read_is_refused() {
         let dir = TempDir::new("keys");
         let path = dir.write("radio.key", &"a5".repeat(32));
-        let files = [KeyFile { name: "radio".into(), path: path.clone() }];
+        let files = [KeyFile { name: "radio".into(), path: path.clone(), key: None }];
         for mode in [0o644, 0o640, 0o604, 0o620] {
             fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
             let errors = loaded(&files).unwrap_err();
@@ -262,7 +272,7 @@ mod tests {
     #[test]
     fn a_key_that_the_service_manager_hands_over_is_read_from_there() {
         let (dir, credentials) = (TempDir::new("root-keys"), TempDir::new("credentials"));
-        let radio = |path| KeyFile { name: "radio".into(), path };
+        let radio = |path| KeyFile { name: "radio".into(), path, key: None };
         let file = radio(dir.write("radio.key", "only root can read this"));
         let given = credentials.write("radio.key", &"a5".repeat(32));
         let within = given.parent();
@@ -284,9 +294,23 @@ mod tests {
     }
 
     #[test]
+    fn spare_keys_are_read_as_far_as_they_can_be() {
+        let dir = TempDir::new("spare-keys");
+        let file = |name: &str, mode| {
+            let path = dir.write(name, &"a5".repeat(32));
+            fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
+            KeyFile { name: name.to_owned(), path, key: None }
+        };
+        let mut files = [file("closed", 0o600), file("open", 0o644)];
+        load_spare_keys(&mut files);
+        assert!(files[0].key == raw() && files[1].key.is_none());
+    }
+
+    #[test]
     fn what_is_wrong_with_a_key_is_told_with_a_remedy() {
         let tell = |name: &str, path: &str| {
-            let errors = loaded(&[KeyFile { name: name.into(), path: path.into() }]).unwrap_err();
+            let errors =
+                loaded(&[KeyFile { name: name.into(), path: path.into(), key: None }]).unwrap_err();
             errors[0].1.to_string()
         };
         assert_eq!(tell("radios", "x"), "no key is called `radio`: did you mean `radios`?");

@@ -23,6 +23,7 @@ mod import;
 mod key_files;
 mod layer;
 mod merge;
+mod network;
 mod option_spec;
 mod option_table;
 mod options;
@@ -52,8 +53,9 @@ pub use import::{
     ENDPOINT_KEYS, EndpointKey, GENERAL_KEYS, GeneralKey, Imported, ROUTERD_DIR, RouterdArguments,
     RouterdFiles, SectionKind, TcpServer, fuzz_import, import_routerd,
 };
-pub use key_files::{KeyError, KeyFile, KeyRef, fuzz_key, load_keys};
+pub use key_files::{KeyError, KeyFile, KeyRef, fuzz_key, load_keys, load_spare_keys};
 pub use merge::{Config, Endpoint, MAX_ENDPOINTS};
+pub use network::Network;
 pub use option_spec::{OnChange, OptionSpec};
 pub use option_table::OPTIONS;
 pub use options::{EndpointOptions, FilterOptions, FlowControl, MessageRef, PathChoice};

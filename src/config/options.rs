@@ -1,10 +1,12 @@
 //! The options of an endpoint as values, and their defaults.
 
 use std::fmt;
+use std::net::IpAddr;
 use std::time::Duration;
 
 use super::host_port::HostPort;
 use super::key_files::KeyRef;
+use super::network::Network;
 use crate::routing::OldFrames;
 use crate::sim::SwarmOptions;
 
@@ -35,6 +37,8 @@ pub struct EndpointOptions {
     pub rate: Vec<(MessageRef, f32)>,
     /// How many peers a listener takes at the same time, 1..=1000.
     pub max_peers: u16,
+    /// Whose addresses may be peers of a listener; if there are none here, all.
+    pub allow_from: Vec<Network>,
     /// How long a peer of a UDP listener may be silent before it is forgotten, 100 ms to 60 min.
     pub peer_timeout: Duration,
     /// How long a TCP peer may take nothing from a full queue before it is closed, 100 ms to
@@ -114,6 +118,7 @@ impl Default for EndpointOptions {
             queue_time: Duration::from_millis(250),
             rate: Vec::new(),
             max_peers: 64,
+            allow_from: Vec::new(),
             peer_timeout: Duration::from_secs(60),
             stall_timeout: Duration::from_secs(30),
             retry: Duration::from_secs(2),
@@ -145,6 +150,13 @@ impl Default for EndpointOptions {
             strip: false,
             sim: SwarmOptions::default(),
         }
+    }
+}
+
+impl EndpointOptions {
+    /// Whether somebody at this address may be a peer.
+    pub fn admits(&self, ip: IpAddr) -> bool {
+        self.allow_from.is_empty() || self.allow_from.iter().any(|network| network.contains(ip))
     }
 }
 

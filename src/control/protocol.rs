@@ -69,6 +69,12 @@ pub enum Request {
         /// Which message: its name or number.
         #[serde(default)]
         message: Option<String>,
+        /// In which version of MAVLink, 1 or 2; 2 if it is left out.
+        #[serde(default)]
+        mavlink: Option<u8>,
+        /// Whether it is signed; if it is left out, it is where signatures are asked for.
+        #[serde(default)]
+        signed: Option<bool>,
     },
     /// Frames as they pass, until the connection ends; answered by [`Answer::Frames`] again and
     /// again, the first one empty.

@@ -86,6 +86,9 @@ impl Daemon {
             self.change_bauds(index, baud);
         }
         self.change_links(index);
+        if differences.iter().any(|difference| difference.key == "allow_from") {
+            self.close_outsiders(index);
+        }
         self.change_timeouts(index, &before.options);
         self.change_enabled(index, before.options.enabled);
         true

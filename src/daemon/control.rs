@@ -21,6 +21,7 @@ use tracing::{debug, info, warn};
 
 use self::client::{ControlClient, Input, Mode};
 use self::socket::ControlSocket;
+use self::why::FrameShape;
 use super::event_loop::{Daemon, Meaning};
 use super::timers::Timer;
 use crate::config::{ControlPlace, LogLevel};
@@ -216,7 +217,10 @@ impl Daemon {
             Request::EndpointRemove { name } => self.request_remove(&name),
             Request::EndpointEnable { name } => self.request_enabled(&name, true),
             Request::EndpointDisable { name } => self.request_enabled(&name, false),
-            Request::Why { from, to, message } => self.request_why(&from, &to, message.as_deref()),
+            Request::Why { from, to, message, mavlink, signed } => {
+                let shape = FrameShape { mavlink, signed };
+                self.request_why(&from, &to, message.as_deref(), shape)
+            }
             Request::Listen { filter } => self.begin_listen(slot, id, &filter),
             Request::Record { enabled } => self.request_record(enabled),
             Request::LogLevel { level } => self.request_log_level(&level),

@@ -15,6 +15,7 @@ use crate::routing::{FilterLists, GateOptions, LinkCounters, LinkId, Membership,
 
 use super::log_limit::Log;
 use super::settings::Settings;
+use super::strangers::PeerRefusals;
 
 /// What the user configured, and what came of it.
 #[derive(Debug)]
@@ -62,6 +63,8 @@ pub(super) struct Endpoint {
     pub(super) told: Option<(String, io::ErrorKind)>,
     /// Whether it was told that the other side is gone and is waited for.
     pub(super) is_missed: bool,
+    /// Who was refused as a peer.
+    pub(super) refusals: PeerRefusals,
     /// Whether it was told that connections cannot be accepted.
     pub(super) is_refusing: bool,
     /// Why the last datagram could not be sent, and where to.
@@ -245,6 +248,7 @@ impl Endpoint {
             log: Log::new(now),
             told: None,
             is_missed: false,
+            refusals: PeerRefusals::default(),
             is_refusing: false,
             unsendable: None,
             unsendable_is_told: false,

@@ -31,6 +31,7 @@ mod settings;
 mod signals;
 mod signing_time;
 mod snapshot;
+mod strangers;
 mod timers;
 mod token;
 mod transmit;

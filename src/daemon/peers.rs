@@ -96,18 +96,10 @@ impl Daemon {
         self.admit_peer(index, source)
     }
 
-    /// Tells of somebody who sent nothing that is signed as it must be.
-    pub(super) fn say_unbelieved(&mut self, index: EndpointId, source: SocketAddr) {
-        if self.refused_strangers.is_due(source, self.now) {
-            let reason = "what it sends is not signed with the key of `verify`, or came before";
-            self.refuse(index, source, reason);
-        }
-    }
-
     /// Makes a peer of somebody who sent a verified frame to a UDP server.
     pub(super) fn admit_peer(&mut self, index: EndpointId, source: SocketAddr) -> Admission {
         if !self.has_room_for_peer(index) {
-            self.say_refused(index, source);
+            self.refuse_surplus(index, source);
             return Admission::Refused;
         }
         let output = Output::Datagrams(source);
@@ -159,17 +151,6 @@ impl Daemon {
             Some((self.now.since(link.last_read), *id))
         };
         peers.links.values().filter_map(silence).max()
-    }
-
-    fn say_refused(&mut self, index: EndpointId, peer: SocketAddr) {
-        let max = self.io.endpoints[index].options().max_peers;
-        self.refuse(index, peer, &format!("it has {max} peers already (raise max_peers)"));
-    }
-
-    /// Tells that somebody is not listened to.
-    pub(super) fn refuse(&mut self, index: EndpointId, peer: SocketAddr, reason: &str) {
-        let text = format!("{} refused: {reason}", plain(peer));
-        self.say(index, Level::WARN, Topic::Refusal, &text);
     }
 
     /// What it is about when a link of an endpoint comes or goes.
@@ -250,14 +231,17 @@ impl Daemon {
     }
 
     fn handle_connection(&mut self, index: EndpointId, stream: TcpStream, peer: SocketAddr) {
+        if self.sends_away(index, peer) {
+            // Dropped, and so closed.
+            return;
+        }
         let options = self.io.endpoints[index].options();
         let (max_peers, patience) = (usize::from(options.max_peers), options.stall_timeout);
         let State::Listening(_, count) = &self.io.endpoints[index].state else {
             return;
         };
         if *count >= max_peers {
-            // Dropped, and so closed.
-            return self.say_refused(index, peer);
+            return self.refuse_surplus(index, peer);
         }
         let added = tune(&stream, patience)
             .and_then(|()| self.add_stream(index, peer.to_string(), Stream::Tcp(stream)));
@@ -341,7 +325,7 @@ impl Daemon {
 }
 
 /// The same address as IPv4, where it is that in the clothes of IPv6.
-fn plain(address: SocketAddr) -> SocketAddr {
+pub(super) fn plain(address: SocketAddr) -> SocketAddr {
     match address {
         SocketAddr::V6(v6) => match v6.ip().to_canonical() {
             IpAddr::V4(ip) => SocketAddr::new(ip.into(), v6.port()),

@@ -184,6 +184,9 @@ impl Daemon {
 
     /// A datagram of somebody new: a verified frame makes it a peer.
     fn handle_stranger(&mut self, index: EndpointId, slot: usize, len: usize, source: SocketAddr) {
+        if self.sends_away(index, source) {
+            return;
+        }
         // Out of the inbox, so that a link can be made while the frames are being looked at.
         let mut bytes = std::mem::take(&mut self.stranger);
         bytes.clear();
@@ -214,7 +217,7 @@ impl Daemon {
                     link.splitter = splitter;
                 }
             }
-            Admission::Unbelieved => self.say_unbelieved(index, source),
+            Admission::Unbelieved => self.refuse_unbelieved(index, source),
             Admission::Unproven | Admission::Refused => {}
         }
     }

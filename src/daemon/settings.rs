@@ -8,8 +8,8 @@ use std::time::Duration;
 use super::endpoint::Endpoint;
 use super::error::StartError;
 use crate::config::{
-    Address, Device, EndpointConfig, EndpointOptions, FilterOptions, KeyRef, MAX_ENDPOINTS,
-    MessageRef,
+    Address, AddressKind, Device, EndpointConfig, EndpointOptions, FilterOptions, KeyRef,
+    MAX_ENDPOINTS, MessageRef,
 };
 use crate::mavlink::{Dialect, MessageId, Recipes, SystemMap, Version};
 use crate::routing::{Capacity, FilterLists, GateOptions, LinkOptions, RateCap, Sign, Verify};
@@ -55,7 +55,8 @@ impl Settings {
         if !options.heartbeats {
             filter_out.block_messages.push(MessageId::HEARTBEAT);
         }
-        let gate = gate_options(&name, options, dialect)?;
+        let is_server = matches!(config.address.kind(), AddressKind::UdpIn | AddressKind::TcpIn);
+        let gate = gate_options(&name, options, is_server, dialect)?;
         Ok(Self { config, filter_in, filter_out, caps, gate })
     }
 }
@@ -73,9 +74,12 @@ fn rate_caps(
     rates.iter().map(cap).collect()
 }
 
+/// Whoever comes to a server has to show the key before anything is sent there. A wire or an address
+/// that the user chose has not: two gateways that both waited would wait for ever.
 fn gate_options(
     endpoint: &str,
     options: &EndpointOptions,
+    is_server: bool,
     dialect: &Dialect,
 ) -> Result<GateOptions, StartError> {
     let key = |named: &KeyRef| {
@@ -87,7 +91,8 @@ fn gate_options(
     let verify = |named: &KeyRef| {
         let allowed = options.allow_unsigned.iter().map(|it| resolve(endpoint, it, dialect));
         let allow_unsigned = allowed.collect::<Result<_, _>>()?;
-        Ok(Verify { key: key(named)?, allow_unsigned, strip: options.strip })
+        let (key, strip, before_sending) = (key(named)?, options.strip, is_server);
+        Ok(Verify { key, allow_unsigned, strip, before_sending })
     };
     // Both were read as they must be.
     let remap = SystemMap::new(&options.remap).filter(|_| !options.remap.is_empty()).map(Arc::new);

@@ -47,6 +47,7 @@ impl Daemon {
             since_ago_ms: self.ago_ms(endpoint.since),
             reason: endpoint.failure.as_ref().map(|failure| failure.text.clone()),
             reconnects: endpoint.openings.saturating_sub(1),
+            refused_peers: endpoint.refusals.by_name(),
             links: links.filter_map(|id| self.link_status(id)).collect(),
             past: endpoint.past.counters(),
             is_internal: is_internal(&endpoint.config),

@@ -13,7 +13,7 @@ pub(super) const V1_HEADER: usize = 6;
 pub(super) const V2_HEADER: usize = 10;
 pub(super) const CRC: usize = 2;
 /// Bytes behind the checksum of a signed frame (rule 54).
-pub(super) const SIGNATURE: usize = 13;
+pub const SIGNATURE: usize = 13;
 
 /// The one incompatibility flag there is: the frame ends with a signature (rule 7).
 pub(super) const INCOMPAT_SIGNED: u8 = 0x01;

@@ -26,7 +26,9 @@ pub use definitions::{
 pub use dialect::{Definition, Dialect, MAX_DEFINITIONS, Target, TooManyDefinitions};
 pub use encode::{FrameSpec, encode, trimmed};
 pub use fields::{Element, EnumNames, FieldLayout, Layouts, MessageLayout, Value, fuzz_fields};
-pub use frame::{Frame, FrameError, Header, MAX_FRAME, STX_V1, STX_V2, Version, frame_len_of};
+pub use frame::{
+    Frame, FrameError, Header, MAX_FRAME, SIGNATURE, STX_V1, STX_V2, Version, frame_len_of,
+};
 pub use id::{Component, MessageId};
 pub use rewrite::{FrameBuffer, Recipes, SystemMap};
 pub use signing::{KEY_LEN, Key, MAX_STREAMS, Refusal, Streams, Timestamp, fuzz_signing};

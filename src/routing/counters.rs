@@ -36,6 +36,8 @@ pub enum DropReason {
     TooOld,
     /// Its signature begins one more stream than are remembered.
     TooManyStreams,
+    /// Whoever is there has not yet sent anything with a good signature, and is sent nothing before.
+    Unproven,
     /// MAVLink 1, which cannot be signed, on a link that is sent nothing unsigned.
     Unsignable,
     /// It would have to be given other system ids, and its signature does not allow that; counts on
@@ -47,7 +49,7 @@ pub enum DropReason {
 
 impl DropReason {
     /// All of them, in the order of their declaration.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::NoRoute,
         Self::SetupSigning,
         Self::Loop,
@@ -63,6 +65,7 @@ impl DropReason {
         Self::Replayed,
         Self::TooOld,
         Self::TooManyStreams,
+        Self::Unproven,
         Self::Unsignable,
         Self::Signed,
         Self::NotConverted,
@@ -92,6 +95,7 @@ impl DropReason {
             Self::Replayed => "replayed",
             Self::TooOld => "too_old",
             Self::TooManyStreams => "too_many_streams",
+            Self::Unproven => "unproven",
             Self::Unsignable => "unsignable",
             Self::Signed => "signed",
             Self::NotConverted => "not_converted",

@@ -8,13 +8,16 @@ use super::options::Learn;
 use super::port::Port;
 use super::router::{Router, precedence};
 use super::time::Time;
-use crate::mavlink::{CheckedFrame, Component, MessageId};
+use crate::mavlink::{CheckedFrame, Component, FrameBuffer, MessageId};
 
 /// What would become of a frame.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Explanation {
     /// Why it would not be taken at all, if so. `fates` tell what would be if it were.
     pub refused: Option<DropReason>,
+    /// Whether it is taken only if its signature is good and newer than the last: then all else here
+    /// holds for one that is.
+    pub if_signature_is_good: bool,
     /// What it would be to each link, lowest number first; the one it comes from is among them.
     pub fates: Vec<(LinkId, Fate)>,
 }
@@ -74,8 +77,8 @@ impl Explanation {
 
 impl Router {
     /// What would become of a frame that came from `link` now and had not come before; `None` if
-    /// there is no such link. [`Router::handle`] would do the same. If the link asks for signatures,
-    /// the frame is taken for one that has a good one.
+    /// there is no such link. [`Router::handle`] would do the same, but for signatures: they are taken
+    /// for good ones.
     pub fn explain(
         &self,
         link: LinkId,
@@ -83,9 +86,12 @@ impl Router {
         now: Time,
     ) -> Option<Explanation> {
         let port = self.port(link)?;
-        let is_filtered = !port.takes(frame);
-        let refused =
-            port.gate_refusal(now).or_else(|| is_filtered.then_some(DropReason::FilteredIn));
+        let mut buffers = <[FrameBuffer; 2]>::default();
+        let taken = &self.as_taken(link, frame, &mut buffers);
+        let is_filtered = !port.takes(taken);
+        let refused = port.foresee_in(frame, now);
+        let refused = refused.or_else(|| is_filtered.then_some(DropReason::FilteredIn));
+        let if_signature_is_good = port.looks_at_signature(frame, now);
         let mut groups = self.groups.clone();
         let mut decision = Decision {
             options: self.options,
@@ -94,12 +100,12 @@ impl Router {
             sniffers: &self.sniffers,
             has_sniffers: self.has_sniffers,
             groups: &mut groups,
-            witness: Noting { ports: &self.ports, taught: self.taught(link, frame), steps: vec![] },
+            witness: Noting { ports: &self.ports, taught: self.taught(link, taken), steps: vec![] },
         };
-        decision.destinations(link, frame, now);
+        decision.destinations(link, taken, now);
         let steps = decision.witness.steps;
-        let fates = self.links.iter().map(|to| (to, self.fate(link, to, frame, &steps, now)));
-        Some(Explanation { refused, fates: fates.collect() })
+        let fates = self.links.iter().map(|to| (to, self.fate(link, to, taken, &steps, now)));
+        Some(Explanation { refused, if_signature_is_good, fates: fates.collect() })
     }
 
     /// The route that the frame itself teaches.
@@ -131,7 +137,7 @@ impl Router {
             was_left = is_left;
         }
         let port = self.port(to).filter(|_| was_left);
-        let refusal = port.and_then(|port| port.refusal(frame, precedence(frame), now));
+        let refusal = port.and_then(|port| port.foresee_out(frame, precedence(frame), now));
         refusal.map_or(fate, Fate::Refused)
     }
 

@@ -5,11 +5,14 @@
 use std::collections::HashSet;
 use std::time::Duration;
 
+use super::fuzz_gate::{self, Shape};
 use super::{
     Capacity, DropReason, Explanation, Fate, FilterLists, GateOptions, GroupId, LinkId,
     LinkOptions, MAX_COMPONENTS, Membership, RateCap, Router, RouterOptions, Time,
 };
-use crate::mavlink::{CheckedFrame, Component, FrameSpec, Header, MessageId, Version, encode};
+use crate::mavlink::{
+    CheckedFrame, Component, FrameBuffer, FrameSpec, Header, MessageId, Timestamp, encode,
+};
 
 /// Does what `data` says, four bytes an operation.
 ///
@@ -18,8 +21,8 @@ use crate::mavlink::{CheckedFrame, Component, FrameSpec, Header, MessageId, Vers
 /// Asserts that no frame goes back to the link it came from, or to that link's group; that none
 /// goes to a link twice; that directed frames go where their target was heard, and nowhere else;
 /// that queues give out what was put in, whole and in order; that what goes nowhere is counted;
-/// that tables and events stay within their bounds; and that [`Router::explain`] said of each frame
-/// beforehand what became of it.
+/// that tables and events stay within their bounds; that what leaves by a gate is as the gate has to
+/// make it; and that [`Router::explain`] said of each frame beforehand what became of it.
 pub fn fuzz_router(data: &[u8]) {
     run(data);
 }
@@ -50,6 +53,8 @@ struct Model {
     now: Time,
     links: Vec<Shadow>,
     seq: u8,
+    /// When the last frame was signed.
+    signed_at: Timestamp,
     /// How many frames were explained before they were handled.
     explained: usize,
 }
@@ -65,12 +70,19 @@ impl Model {
             ..RouterOptions::default()
         };
         let now = Time::from_millis(1_000_000);
-        Self { router: Router::new(options), now, links: Vec::new(), seq: 0, explained: 0 }
+        Self {
+            router: Router::new(options),
+            now,
+            links: Vec::new(),
+            seq: 0,
+            signed_at: Timestamp::default(),
+            explained: 0,
+        }
     }
 
     fn step(&mut self, [operation, a, b, c]: [u8; 4]) {
         match operation % 16 {
-            0 if self.links.len() < LINKS => self.add_link(a, b),
+            0 if self.links.len() < LINKS => self.add_link(a, b, c),
             1 if !self.links.is_empty() => {
                 let gone = self.links.swap_remove(usize::from(a) % self.links.len());
                 self.router.remove_link(gone.link);
@@ -89,7 +101,7 @@ impl Model {
         }
     }
 
-    fn add_link(&mut self, a: u8, b: u8) {
+    fn add_link(&mut self, a: u8, b: u8, c: u8) {
         let membership = (a & 1 != 0).then(|| Membership {
             group: GroupId(b & 1),
             member: u16::from(b >> 4),
@@ -113,7 +125,7 @@ impl Model {
             gate: GateOptions {
                 is_readonly: b & 28 == 28,
                 max_rate: (b & 40 == 40).then_some(20),
-                ..GateOptions::default()
+                ..fuzz_gate::options(c)
             },
         };
         let Some(link) = self.router.add_link(options.clone(), self.now) else { return };
@@ -128,22 +140,44 @@ impl Model {
         let target = Component::new((b >> 4) & 3, (b >> 6) & 3);
         // Every other sequence number comes twice, as over two cables.
         self.seq = self.seq.wrapping_add(c >> 7);
-        let (id, target) = MESSAGES[usize::from(c & 7)](target);
-        let (spec, verified) = (spec(source, id, self.seq), c & 64 == 0);
-        let mut bytes = Vec::new();
-        encode(&spec, &mut bytes);
+        let ((id, crc_extra), target) = MESSAGES[usize::from(c & 7)](target);
+        let shape = Shape::of(c >> 3, id);
+        self.signed_at = self.signed_at.plus(1).max(self.router.signing_clock().show(self.now));
+        let mut plain = Vec::new();
+        encode(&spec(shape, source, id, crc_extra, self.seq), &mut plain);
+        let bytes = shape.signed(plain, self.signed_at);
         let header = Header::parse(&bytes).expect("a frame");
-        let frame = CheckedFrame { bytes: &bytes, header, target, verified };
+        let frame = CheckedFrame { bytes: &bytes, header, target, verified: c & 64 == 0 };
+        self.handle(from, &frame, shape);
+    }
+
+    fn handle(&mut self, from: usize, frame: &CheckedFrame<'_>, shape: Shape) {
         let before = self.counts();
         let link = self.links[from].link;
-        if verified {
-            self.links[from].heard.insert(source);
-        }
-        let explanation = self.router.explain(link, &frame, self.now).expect("the link is there");
+        let explanation = self.router.explain(link, frame, self.now).expect("the link is there");
         let drops = self.drops();
-        self.router.handle(link, &frame, self.now);
-        self.compare(&explanation, link, &before, &drops);
-        self.note(from, &frame, &before);
+        self.router.handle(link, frame, self.now);
+        let mut buffers = <[FrameBuffer; 2]>::default();
+        let taken = self.router.as_taken(link, frame, &mut buffers);
+        if frame.verified {
+            self.links[from].heard.insert(taken.header.source);
+        }
+        let is_refused = self.is_refused(from, &drops);
+        if explanation.if_signature_is_good {
+            shape.check_verdict(is_refused);
+        }
+        // Whether a signature is good is not foreseen.
+        if !(explanation.if_signature_is_good && is_refused) {
+            self.compare(&explanation, link, &before, &drops);
+        }
+        self.note(from, &taken, &before);
+    }
+
+    /// Whether a frame from there was just refused for its signature.
+    fn is_refused(&self, from: usize, drops: &[Vec<u64>]) -> bool {
+        let now = &self.drops()[from];
+        let reasons = DropReason::ALL.iter().filter(|reason| reason.is_refusal());
+        reasons.into_iter().any(|reason| now[*reason as usize] > drops[from][*reason as usize])
     }
 
     /// Holds what must be true of one frame, and notes where it went.
@@ -165,7 +199,10 @@ impl Model {
             let group = shadow.options.membership.map(|member| member.group);
             assert!(group.is_none() || group != own_group, "nothing goes between paths");
             assert!(!frame.is_directed() || self.leads_to(at, frame.target), "nobody is there");
-            self.links[at].queued.push(frame.bytes.to_vec());
+            let bytes = self.queued_last(at);
+            let gate = &self.links[at].options.gate;
+            fuzz_gate::check_output(gate, frame, &bytes);
+            self.links[at].queued.push(bytes);
         }
         let only_kin = |shadow: &Shadow| {
             shadow.options.membership.map(|member| member.group) == own_group && own_group.is_some()
@@ -209,6 +246,13 @@ impl Model {
                 _ => {}
             }
         }
+    }
+
+    /// The last frame that waits for a link.
+    fn queued_last(&mut self, at: usize) -> Vec<u8> {
+        let port = self.router.port_mut(self.links[at].link).expect("the link is there");
+        let last = port.frames().last().map(|(first, second)| [first, second].concat());
+        last.expect("a frame was queued")
     }
 
     fn place_of(&self, link: LinkId) -> usize {
@@ -281,30 +325,24 @@ fn without(what: u8) -> FilterLists {
 
 const CAP: Duration = Duration::from_millis(500);
 
-/// What a message's target is, by its definition; the ids and CRC_EXTRAs are of no matter here.
-const MESSAGES: [fn(Component) -> (u32, Component); 8] = [
-    |_| (0, Component::new(0, 0)),
-    |_| (30, Component::new(0, 0)),
-    |_| (2, Component::new(0, 0)),
-    |_| (109, Component::new(0, 0)),
-    |target| (76, target),
-    |target| (11, Component::new(target.system, 0)),
-    |target| (256, target),
-    |target| (4, target),
+/// Message id and CRC_EXTRA, and whom the message is for by its definition.
+type Message = ((u32, u8), Component);
+
+const MESSAGES: [fn(Component) -> Message; 8] = [
+    |_| ((0, 50), Component::new(0, 0)),
+    |_| ((30, 39), Component::new(0, 0)),
+    |_| ((2, 137), Component::new(0, 0)),
+    |_| ((109, 185), Component::new(0, 0)),
+    |target| ((76, 152), target),
+    |target| ((11, 89), Component::new(target.system, 0)),
+    |target| ((256, 71), target),
+    |target| ((4, 237), target),
 ];
 
-fn spec(source: Component, id: u32, seq: u8) -> FrameSpec<'static> {
+fn spec(shape: Shape, source: Component, id: u32, crc_extra: u8, seq: u8) -> FrameSpec<'static> {
     const PAYLOAD: &[u8] = &[1, 2, 3, 4, 5, 6, 7, 8, 9];
-    let id = MessageId(id);
-    FrameSpec {
-        version: Version::V2,
-        seq,
-        source,
-        id,
-        crc_extra: 0,
-        payload: PAYLOAD,
-        signature: None,
-    }
+    let (version, id) = (shape.version(), MessageId(id));
+    FrameSpec { version, seq, source, id, crc_extra, payload: PAYLOAD, signature: None }
 }
 
 #[cfg(test)]

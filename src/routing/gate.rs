@@ -4,6 +4,7 @@
 //!
 //! A link without any of this has no gate, and costs nothing. What a gate refuses teaches nothing.
 
+use super::bucket::Bucket;
 use super::counters::DropReason;
 use super::gate_options::{GateOptions, OldFrames, Verify};
 use super::group::Membership;
@@ -19,41 +20,18 @@ use crate::mavlink::{CheckedFrame, FrameBuffer, Refusal, Version};
 /// The gate of one link.
 #[derive(Debug)]
 pub(super) struct Gate {
-    options: GateOptions,
+    pub(super) options: GateOptions,
     /// The link id in the signatures that are made here (rule 59).
     link: u8,
     /// The streams that frames from here belong to, if they are checked.
     heard: Option<HeardId>,
     bucket: Bucket,
+    /// Whether nothing is sent here yet, as nobody has shown that they have the key.
+    pub(super) awaits_proof: bool,
     /// Whether it looks at what frames that come say; else it only counts them.
     reads: bool,
     /// Whether frames may leave other than they are.
     rewrites: bool,
-}
-
-/// Lets so many frames through in a second; what was not used is saved up for one second.
-#[derive(Clone, Copy, Debug)]
-struct Bucket {
-    /// In millionths of a frame, so that each microsecond brings the rate.
-    level: u64,
-    filled: Time,
-}
-
-/// One frame, in a [`Bucket`].
-const FRAME: u64 = 1_000_000;
-
-impl Bucket {
-    fn permit(&mut self, rate: u32, now: Time) -> bool {
-        let rate = u64::from(rate);
-        let micros = u64::try_from(now.since(self.filled).as_micros()).unwrap_or(u64::MAX);
-        self.level = self.level.saturating_add(micros.saturating_mul(rate)).min(rate * FRAME);
-        self.filled = now;
-        let is_permitted = self.level >= FRAME;
-        if is_permitted {
-            self.level -= FRAME;
-        }
-        is_permitted
-    }
 }
 
 impl Gate {
@@ -70,18 +48,25 @@ impl Gate {
         }
         let member = membership.map(|membership| membership.member);
         let heard = options.verify.as_ref().map(|it| signing.streams_of(&it.key, member));
-        let bucket = Bucket { level: u64::MAX, filled: now };
+        let bucket = Bucket::full(now);
         // From the top: vehicles and ground stations number their own from the bottom.
         let link = 255 - (link.index() % 255) as u8;
         let reads = options.verify.is_some() || options.remap.is_some();
-        let rewrites =
-            options.sign.is_some() || options.remap.is_some() || options.version.is_some();
-        Some(Box::new(Self { options: options.clone(), link, heard, bucket, reads, rewrites }))
+        let awaits_proof = options.verify.as_ref().is_some_and(|verify| verify.before_sending);
+        let rewrites = options.rewrites();
+        let options = options.clone();
+        Some(Box::new(Self { options, link, heard, bucket, awaits_proof, reads, rewrites }))
+    }
+
+    /// Whoever is there has shown to have the key of these options.
+    fn has_proof_for(&self, options: &GateOptions) -> bool {
+        let key = |options: &GateOptions| options.verify.as_ref().map(|verify| verify.key.clone());
+        !self.awaits_proof && self.options.verify.is_some() && key(&self.options) == key(options)
     }
 
     /// A frame that came and is not kept out, as it goes on.
     fn let_in<'a>(
-        &self,
+        &mut self,
         frame: &CheckedFrame<'a>,
         signing: &mut Signing,
         now: Time,
@@ -102,7 +87,7 @@ impl Gate {
 
     /// A frame whose signature is right, if it must be.
     fn believe<'a>(
-        &self,
+        &mut self,
         frame: &CheckedFrame<'a>,
         signing: &mut Signing,
         now: Time,
@@ -116,14 +101,15 @@ impl Gate {
                 Ok(*frame)
             }
             Err(refusal) => Err(refusal.into()),
-            Ok(()) if verify.strip => Ok(buffer.strip(frame).unwrap_or(*frame)),
-            Ok(()) => Ok(*frame),
+            Ok(()) => {
+                self.awaits_proof = false;
+                Ok(self.bared(frame, buffer))
+            }
         }
     }
 
-    /// Why nothing at all is let in now, if so.
-    fn refusal(&self, now: Time) -> Option<DropReason> {
-        // The original is left as it is: nothing came.
+    /// The same of a frame that is only asked about: the bucket is left as it is.
+    pub(super) fn foresee_keeping_out(&self, now: Time) -> Option<DropReason> {
         let mut bucket = self.bucket;
         if self.options.is_readonly {
             return Some(DropReason::ReadOnly);
@@ -132,9 +118,19 @@ impl Gate {
         is_flooded.then_some(DropReason::MaxRate)
     }
 
+    /// A frame that was believed, without its signature if that is taken off.
+    pub(super) fn bared<'a>(
+        &self,
+        frame: &CheckedFrame<'a>,
+        buffer: &'a mut FrameBuffer,
+    ) -> CheckedFrame<'a> {
+        let is_stripped = self.options.verify.as_ref().is_some_and(|verify| verify.strip);
+        if is_stripped { buffer.strip(frame).unwrap_or(*frame) } else { *frame }
+    }
+
     /// A frame with the system ids that it has on the other side; the way there and the way back are
     /// the same.
-    fn remap<'a>(
+    pub(super) fn remap<'a>(
         &self,
         frame: &CheckedFrame<'a>,
         buffer: &'a mut FrameBuffer,
@@ -147,7 +143,7 @@ impl Gate {
     }
 
     /// A frame in the layout in which it leaves.
-    fn convert<'a>(
+    pub(super) fn convert<'a>(
         &self,
         frame: &CheckedFrame<'a>,
         buffer: &'a mut FrameBuffer,
@@ -168,7 +164,7 @@ impl Gate {
     }
 
     /// A frame that leaves, in the layout in which it can be signed, if it is to be.
-    fn shape<'a>(
+    pub(super) fn shape<'a>(
         &self,
         frame: &CheckedFrame<'a>,
         buffer: &'a mut FrameBuffer,
@@ -216,6 +212,13 @@ impl Gate {
     }
 }
 
+impl GateOptions {
+    /// Whether frames may leave other than they are.
+    fn rewrites(&self) -> bool {
+        self.sign.is_some() || self.remap.is_some() || self.version.is_some()
+    }
+}
+
 impl From<Refusal> for DropReason {
     fn from(refusal: Refusal) -> Self {
         match refusal {
@@ -241,6 +244,9 @@ impl Router {
         let Some(gate) = &mut port.gate else { return false };
         if let Some(reason) = gate.keeps_out(now) {
             port.counters[reason] += 1;
+            if gate.awaits_proof && reason == DropReason::ReadOnly {
+                self.prove(link, frame, now);
+            }
             return false;
         }
         if gate.reads { self.handle_read(link, frame, now) } else { self.admit(link, frame, now) }
@@ -250,7 +256,7 @@ impl Router {
     #[inline(never)]
     fn handle_read(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) -> bool {
         let Some(Some(port)) = self.ports.get_mut(link.index()) else { return false };
-        let Some(gate) = &port.gate else { return false };
+        let Some(gate) = &mut port.gate else { return false };
         let (mut stripped, mut remapped) = <(FrameBuffer, FrameBuffer)>::default();
         match gate.let_in(frame, &mut self.signing, now, (&mut stripped, &mut remapped)) {
             Ok(frame) => self.admit(link, &frame, now),
@@ -262,6 +268,16 @@ impl Router {
                 }
                 false
             }
+        }
+    }
+
+    /// Whoever only looks on has to show the key all the same.
+    #[inline(never)]
+    fn prove(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) {
+        let Some(Some(port)) = self.ports.get_mut(link.index()) else { return };
+        if let Some(gate) = &mut port.gate {
+            // What comes of it stands in the gate.
+            let _ = gate.believe(frame, &mut self.signing, now, &mut FrameBuffer::default());
         }
     }
 
@@ -279,8 +295,7 @@ impl Router {
     ) -> CheckedFrame<'a> {
         let Some(gate) = self.port(link).and_then(|port| port.gate.as_ref()) else { return *frame };
         let [stripped, remapped] = buffers;
-        let is_stripped = gate.options.verify.as_ref().is_some_and(|verify| verify.strip);
-        let bare = if is_stripped { stripped.strip(frame).unwrap_or(*frame) } else { *frame };
+        let bare = gate.bared(frame, stripped);
         // What cannot be remapped was not taken.
         gate.remap(&bare, remapped).unwrap_or(bare)
     }
@@ -312,13 +327,12 @@ impl Router {
 impl Port {
     /// Makes the gate that the options of the link ask for.
     pub(super) fn set_gate(&mut self, link: LinkId, signing: &mut Signing, now: Time) {
-        let LinkOptions { gate, membership, .. } = &self.options;
-        self.gate = Gate::new(gate, *membership, link, signing, now);
-    }
-
-    /// Why the gate takes nothing at all now, if it does not.
-    pub(super) fn gate_refusal(&self, now: Time) -> Option<DropReason> {
-        self.gate.as_ref()?.refusal(now)
+        let LinkOptions { gate: options, membership, .. } = &self.options;
+        let is_proven = self.gate.as_ref().is_some_and(|gate| gate.has_proof_for(options));
+        self.gate = Gate::new(options, *membership, link, signing, now);
+        if let Some(gate) = &mut self.gate {
+            gate.awaits_proof &= !is_proven;
+        }
     }
 
     /// Whether frames come through a gate.
@@ -327,10 +341,11 @@ impl Port {
         self.gate.is_some()
     }
 
-    /// Whether frames leave through a gate; one that only keeps out what comes is no matter to them.
+    /// Whether frames leave through a gate, if they do; one that only keeps out what comes is no
+    /// matter to them.
     #[inline]
     pub(super) fn is_rewritten(&self) -> bool {
-        self.gate.as_ref().is_some_and(|gate| gate.rewrites)
+        self.gate.as_ref().is_some_and(|gate| gate.rewrites || gate.awaits_proof)
     }
 
     /// Queues a frame in the shape that the gate gives it, or counts why not.
@@ -346,12 +361,14 @@ impl Port {
         let Some(gate) = self.gate.take() else { return };
         let mut buffers = <[FrameBuffer; 4]>::default();
         // Signed in the order of the queue, so that no stream goes back (rule 42).
-        let frame = match self.refusal(frame, precedence, now) {
+        let made = match self.refusal(frame, precedence, now) {
+            _ if gate.awaits_proof => Err(DropReason::Unproven),
             Some(reason) => Err(reason),
             None => gate.let_out(frame, clock, now, &mut buffers),
         };
-        match frame {
-            Ok(frame) => self.queue(&frame, precedence, now),
+        match made {
+            // Caps are counted by the ids that a frame has here, as they are looked up.
+            Ok(made) => self.queue(&CheckedFrame { bytes: made.bytes, ..*frame }, precedence, now),
             Err(reason) => self.counters[reason] += 1,
         }
         self.gate = Some(gate);
@@ -375,7 +392,8 @@ mod tests {
         };
         let none = GateOptions::default;
         let key = || Key::from_passphrase("my dog");
-        let verify = Verify { key: key(), allow_unsigned: vec![], strip: false };
+        let verify =
+            Verify { key: key(), allow_unsigned: vec![], strip: false, before_sending: false };
         let sign = Sign { key: key(), v1: OldFrames::Pass };
         assert_eq!(make(none()), None);
         assert_eq!(make(GateOptions { is_readonly: true, ..none() }), Some((false, false)));
@@ -385,17 +403,5 @@ mod tests {
         assert_eq!(make(GateOptions { version: Some(Version::V1), ..none() }), Some((false, true)));
         let remap = Some(Arc::new(SystemMap::new(&[(1, 2)]).unwrap()));
         assert_eq!(make(GateOptions { remap, ..none() }), Some((true, true)));
-    }
-
-    #[test]
-    fn a_bucket_lets_the_rate_through_and_saves_up_a_second() {
-        let mut bucket = Bucket { level: u64::MAX, filled: Time::ZERO };
-        let mut passed = |from: u64, to: u64| {
-            let at = (from..to).map(Time::from_millis);
-            at.filter(|now| bucket.permit(100, *now)).count()
-        };
-        assert_eq!(passed(0, 1_000), 199, "what was saved up, and what came since");
-        assert_eq!(passed(1_000, 2_000), 100);
-        assert_eq!(passed(60_000, 60_050), 50);
     }
 }

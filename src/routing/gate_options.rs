@@ -34,6 +34,9 @@ pub struct Verify {
     pub allow_unsigned: Vec<MessageId>,
     /// Whether frames go on without their signature.
     pub strip: bool,
+    /// Whether nothing is sent before the first frame with a good signature has come: whoever calls
+    /// a server may be anybody.
+    pub before_sending: bool,
 }
 
 /// How signatures are made.

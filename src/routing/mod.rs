@@ -4,13 +4,16 @@
 //! from the reading side into queues that somebody else empties. Rule numbers refer to the
 //! project's routing rules.
 
+mod bucket;
 mod change;
 mod counters;
 mod decision;
 mod dedup;
 mod explain;
 mod filter;
+mod foresight;
 mod fuzz;
+mod fuzz_gate;
 mod gate;
 mod gate_options;
 mod group;

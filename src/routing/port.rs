@@ -216,6 +216,11 @@ impl Port {
         self.queue.has_room(MAX_FRAME, precedence)
     }
 
+    /// Whether a frame of this length would be taken now.
+    pub(super) fn has_room_for(&self, len: usize, precedence: Precedence) -> bool {
+        self.queue.has_room(len, precedence)
+    }
+
     /// How many bytes wait.
     pub fn backlog(&self) -> usize {
         self.queue.len()

@@ -41,6 +41,7 @@ pub fn diagnose(snapshot: &Snapshot) -> Vec<Finding> {
     let mut findings: Vec<Finding> = endpoints.iter().filter_map(|it| down(it)).collect();
     findings.extend(endpoints.iter().flat_map(|it| it.links.iter().filter_map(|l| noise(it, l))));
     findings.extend(endpoints.iter().filter_map(|it| nobody(it)));
+    findings.extend(endpoints.iter().flat_map(|it| refused_peers(it)));
     findings.extend(endpoints.iter().flat_map(|it| it.links.iter().filter_map(|l| silence(it, l))));
     findings.extend(endpoints.iter().flat_map(|it| it.links.iter().flat_map(|l| refusals(it, l))));
     findings.extend(no_heartbeat(snapshot));
@@ -105,6 +106,28 @@ fn nobody(endpoint: &EndpointStatus) -> Option<Finding> {
         .then(|| Finding::at(endpoint, "nobody has come yet, or all have gone".to_owned(), remedy))
 }
 
+/// Who is kept out by an option that may be too narrow.
+fn refused_peers(endpoint: &EndpointStatus) -> Vec<Finding> {
+    let refused = |reason: &str| endpoint.refused_peers.get(reason).copied().unwrap_or(0);
+    let (outside, unbelieved, full) = (refused("outside"), refused("unbelieved"), refused("full"));
+    let mut findings = Vec::new();
+    let mut find = |problem, remedy| findings.push(Finding::at(endpoint, problem, remedy));
+    // Whoever has peers may be glad that strangers are kept out.
+    if endpoint.links.is_empty() && outside > 0 {
+        let problem = format!("{outside} datagrams or connections came from outside allow_from");
+        find(problem, "the log names their addresses: is one of them to be let in?");
+    }
+    if endpoint.links.is_empty() && unbelieved > 0 {
+        let problem = format!("{unbelieved} datagrams were not signed with the key of `verify`");
+        find(problem, "is signing switched on there, with the same key?");
+    }
+    if full > 0 {
+        let problem = format!("{full} datagrams or connections found max_peers reached");
+        find(problem, "raise max_peers, or find out who the others are");
+    }
+    findings
+}
+
 fn silence(endpoint: &EndpointStatus, link: &LinkStatus) -> Option<Finding> {
     let counters = &link.counters;
     if counters.frames_in == 0 && counters.garbage_bytes <= FEW_BYTES {
@@ -140,6 +163,15 @@ fn refusals(endpoint: &EndpointStatus, link: &LinkStatus) -> Vec<Finding> {
         let problem =
             format!("{full} frames found its queue full, {} did not", counters.frames_out);
         find(problem, "it carries less than it is sent: a faster line, `rate` caps, or lists");
+    }
+    let (unsigned, wrong) = (refused("unsigned"), refused("wrong_signature"));
+    if unsigned > FEW_FRAMES && unsigned * 10 > counters.frames_in {
+        let problem = format!("{unsigned} frames from {} were not signed", link.peer);
+        find(problem, "switch signing on there, with the key of `verify`");
+    }
+    if wrong > FEW_FRAMES && wrong * 10 > counters.frames_in {
+        let problem = format!("{wrong} frames from {} were signed with another key", link.peer);
+        find(problem, "give both sides the same key");
     }
     let unrouted = refused("no_route");
     if unrouted > FEW_FRAMES && unrouted * 10 > counters.frames_in {
@@ -225,6 +257,21 @@ mod tests {
         assert_eq!(found[0], "is down: /dev/ttyUSB0: No such file or directory");
         assert_eq!(found[1], "nobody has come yet, or all have gone");
         assert_eq!(found[2], "no frame has ever come from /dev/ttyS1");
+    }
+
+    #[test]
+    fn an_empty_server_that_sent_people_away_may_be_too_strict() {
+        let mut gcs = endpoint("gcs", EndpointState::Listening, vec![]);
+        gcs.refused_peers = [("outside".to_owned(), 7), ("unbelieved".to_owned(), 8)].into();
+        let problems = found(vec![gcs.clone()], vec![]);
+        assert_eq!(problems[1], "7 datagrams or connections came from outside allow_from");
+        assert_eq!(problems[2], "8 datagrams were not signed with the key of `verify`");
+        let link = LinkStatus { heard_ago_ms: Some(10), ..link(Counters::default()) };
+        gcs.links = vec![LinkStatus { up_ago_ms: 10, ..link }];
+        assert!(found(vec![gcs.clone()], vec![]).is_empty(), "those who are meant are there");
+        gcs.refused_peers = [("full".to_owned(), 9)].into();
+        let full = ["9 datagrams or connections found max_peers reached"];
+        assert_eq!(found(vec![gcs], vec![]), full);
     }
 
     #[test]

@@ -60,6 +60,10 @@ pub struct EndpointStatus {
     pub reason: Option<String>,
     /// How often a link of it, or its socket, had to be opened again.
     pub reconnects: u64,
+    /// How often somebody was refused as a peer, each connection and each datagram, by reason:
+    /// `outside` of `allow_from`, `unbelieved` by `verify`, `full` by `max_peers`.
+    #[serde(default)]
+    pub refused_peers: BTreeMap<String, u64>,
     /// Its live links.
     pub links: Vec<LinkStatus>,
     /// What links of it counted that are gone. With those of `links`, its totals never fall.

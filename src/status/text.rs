@@ -65,9 +65,14 @@ fn endpoints(snapshot: &Snapshot, colour: bool) -> String {
         ]);
     }
     let mut text = table.to_string();
-    for EndpointStatus { name, reason, .. } in &snapshot.endpoints {
+    for EndpointStatus { name, reason, refused_peers, .. } in &snapshot.endpoints {
         if let Some(reason) = reason {
             let _ = writeln!(text, "{}: {}", printable(name), printable(reason));
+        }
+        if !refused_peers.is_empty() {
+            let counts: Vec<String> =
+                refused_peers.iter().map(|(reason, count)| format!("{reason} {count}")).collect();
+            let _ = writeln!(text, "{}: peers refused: {}", printable(name), counts.join(", "));
         }
     }
     text

@@ -37,6 +37,10 @@ pub struct FrameFate {
     /// Why it would not be taken at all: `filtered_in`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refused: Option<String>,
+    /// Whether it would be taken only if its signature is good and newer than the last: then all else
+    /// here holds for one that is.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub if_signature_is_good: bool,
     /// What it would be to each link.
     pub links: Vec<LinkFate>,
 }
@@ -61,6 +65,11 @@ pub struct LinkFate {
     /// The endpoint that brought the like just now, for `loop`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
+}
+
+/// What is left out of the JSON.
+fn is_false(flag: &bool) -> bool {
+    !flag
 }
 
 impl FrameFate {

@@ -75,13 +75,16 @@ impl FrameFate {
         let head = format!("{source} -> {target} {message}");
         let from = place(&self.endpoint, &self.peer);
         let sent: Vec<String> = self.links.iter().filter(|it| it.is_sent).map(described).collect();
+        let condition = if self.if_signature_is_good { ", if its signature is good" } else { "" };
         let _ = match (&self.refused, sent.is_empty()) {
             (Some(reason), _) => {
                 let (why, remedy) = words(reason);
                 writeln!(text, "{head}: not taken from {from}: {why}\n    {remedy}")
             }
-            (None, true) => writeln!(text, "{head}: from {from} to nobody"),
-            (None, false) => writeln!(text, "{head}: from {from} to {}", sent.join(", ")),
+            (None, true) => writeln!(text, "{head}: from {from} to nobody{condition}"),
+            (None, false) => {
+                writeln!(text, "{head}: from {from} to {}{condition}", sent.join(", "))
+            }
         };
         if self.refused.is_some() {
             return;
@@ -167,6 +170,26 @@ fn words(reason: &str) -> (&str, &str) {
             "too many frames come from there in a second (max_rate)",
             "raise `max_rate`, or find out who floods: `mavswitch listen from=NAME`",
         ),
+        "unsigned" => (
+            "it is not signed, and `verify` asks for that",
+            "switch signing on there with the same key, or name the message in allow_unsigned",
+        ),
+        "unproven" => (
+            "whoever is there has sent nothing yet that is signed with the key of `verify`",
+            "it must speak first, and sign: a ground station sends heartbeats by itself",
+        ),
+        "unsignable" => (
+            "MAVLink 1 cannot be signed, and is not sent there (v1 = drop)",
+            "v1 = upgrade makes it MAVLink 2 and signs it",
+        ),
+        "signed" => (
+            "it would need other system ids (remap), and its signature does not allow that",
+            "take signatures off where it comes in: `verify` and `strip`",
+        ),
+        "not_converted" => (
+            "it cannot be had in the version of MAVLink that is sent there",
+            "version_strict = false sends it as it is",
+        ),
         "rate_cap" => ("its cap on this message has let one through just now", ""),
         _ => (reason, ""),
     }
@@ -221,6 +244,17 @@ mod tests {
         let text = told(vec![frame]);
         let expected = "not taken from gcs (10.0.0.2:14550): its lists of what comes in";
         assert!(text.contains(expected) && !text.contains("to fc"), "{text}");
+    }
+
+    #[test]
+    fn what_hangs_on_a_signature_is_told_with_that() {
+        let frame =
+            FrameFate { if_signature_is_good: true, ..frame(vec![link("fc", "route", true)]) };
+        let text = told(vec![frame]);
+        assert_eq!(
+            text,
+            "255/190 -> 1/1 PARAM_SET: from gcs (10.0.0.2:14550) to fc, if its signature is good\n"
+        );
     }
 
     #[test]

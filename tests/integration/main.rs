@@ -7,6 +7,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod abuse;
+mod access;
 mod addresses;
 mod architecture;
 mod blackhole;
@@ -18,6 +19,7 @@ mod datagrams;
 mod faults;
 mod flight_logs;
 mod forwarding;
+mod guarded;
 mod harness;
 mod idle;
 mod learning;

@@ -16,7 +16,7 @@ const UDP_AND_TCP: [&str; 2] = ["udpin:127.0.0.1:0?name=radio", "tcpin:127.0.0.1
 fn why(router: &Router, from: &str, to: &str, message: &str) -> Why {
     let mut client = Client::connect(Some(&router.control())).expect("a daemon that answers");
     let (from, to, message) = (from.to_owned(), to.to_owned(), Some(message.to_owned()));
-    match client.ask(Request::Why { from, to, message }).unwrap() {
+    match client.ask(Request::Why { from, to, message, mavlink: None, signed: None }).unwrap() {
         Answer::Why(why) => *why,
         other => panic!("{other:?}"),
     }

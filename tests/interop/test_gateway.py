@@ -16,6 +16,7 @@ KEY = hashlib.sha256(PASSPHRASE.encode()).digest()
 ANOTHER_KEY = hashlib.sha256(b"the key of another vehicle").digest()
 GUARDED = "name=guarded&sign=radio&verify=radio&strip=true"
 MAVPROXY = Path(sys.executable).with_name("mavproxy.py")
+FAKETIME = next(Path("/usr/lib").glob("*/faketime/libfaketime.so.1"), None)
 EPOCH = 1420070400
 
 
@@ -144,6 +145,48 @@ def test_what_is_signed_is_believed_after_a_restart_with_the_clock_set_back(stag
     vehicle.greet(2)
     stage.until("a greeting", lambda: again.has_heard_greeting(vehicle, 2))
     assert again.link.mav.signing.reject_count == 0
+
+
+@pytest.fixture
+def clock(monkeypatch, tmp_path):
+    """A clock for the router alone, set by what is written to this file: `-1h`."""
+    file = tmp_path / "clock"
+    file.write_text("+0\n")
+    monkeypatch.setenv("LD_PRELOAD", str(FAKETIME))
+    monkeypatch.setenv("FAKETIME_TIMESTAMP_FILE", str(file))
+    monkeypatch.setenv("FAKETIME_NO_CACHE", "1")
+    monkeypatch.setenv("FAKETIME_DONT_FAKE_MONOTONIC", "1")
+    return file
+
+
+@pytest.mark.skipif(FAKETIME is None, reason="libfaketime is not installed")
+@pytest.mark.parametrize("setting", ["-1d", "@1970-01-01 00:00:10"])
+def test_what_is_signed_is_believed_whatever_the_clock_of_the_computer_does(
+    stage, key_file, clock, setting
+):
+    endpoints = f"udpin:127.0.0.1:0?{GUARDED}", "tcpin:127.0.0.1:0?name=wire"
+    vehicle = Vehicle()
+    stage.start_router(f"--key=radio={key_file}", *endpoints)
+    join(stage, vehicle, "tcpin", "wire")
+    ground = join(stage, Signer(key=KEY), "udpin", "guarded")
+    vehicle.greet(1)
+    stage.until("a greeting", lambda: ground.has_heard_greeting(vehicle, 1))
+    # While it runs,
+    clock.write_text(f"{setting}\n")
+    vehicle.greet(2)
+    stage.until("a greeting", lambda: ground.has_heard_greeting(vehicle, 2))
+    assert stage.router.stop() == 0
+    last = ground.link.mav.signing.stream_timestamps
+    stage.peers.clear()
+    # and when it starts.
+    stage.start_router(f"--key=radio={key_file}", *endpoints)
+    again = join(stage, Signer(key=KEY), "udpin", "guarded")
+    again.link.mav.signing.stream_timestamps = last
+    join(stage, vehicle, "tcpin", "wire")
+    vehicle.greet(3)
+    stage.until("a greeting", lambda: again.has_heard_greeting(vehicle, 3))
+    assert ground.link.mav.signing.reject_count == again.link.mav.signing.reject_count == 0
+    assert ground.refused == again.refused == []
 
 
 @pytest.mark.skipif(not MAVPROXY.is_file(), reason="MAVProxy is not installed")

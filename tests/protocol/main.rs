@@ -13,6 +13,7 @@ mod groups;
 mod late;
 mod loops;
 mod network;
+mod onlookers;
 mod regressions;
 mod remade;
 mod routing;

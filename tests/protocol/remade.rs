@@ -7,7 +7,7 @@ use crate::network::*;
 use mavswitch::mavlink::{
     Component, Dialect, FrameBuffer, Input, MessageId, Recipes, SystemMap, Version,
 };
-use mavswitch::routing::{DropReason, GateOptions, LinkId, LinkOptions, RouterOptions};
+use mavswitch::routing::{DropReason, GateOptions, LinkId, LinkOptions, RateCap, RouterOptions};
 
 fn recipes() -> Option<Arc<Recipes>> {
     Some(Arc::new(Recipes::new(&Dialect::builtin())))
@@ -74,6 +74,21 @@ fn what_is_recorded_and_counted_has_the_id_that_it_has_here() {
     });
     assert!(network.router.tallies().all(|tally| tally.source == seven));
     assert_eq!(network.router.tallies().count(), 1);
+}
+
+#[test]
+fn a_cap_holds_for_frames_that_leave_with_other_ids() {
+    let mut network = Network::new(RouterOptions::default());
+    let interval = std::time::Duration::from_millis(500);
+    let caps = vec![RateCap { id: MessageId(30), interval }];
+    let gate = remap(&[(1, 7)]);
+    let capped = network.link_with(LinkOptions { gate, caps, ..LinkOptions::default() });
+    let vehicle = network.link();
+    for number in 0..10 {
+        network.receive(vehicle, &attitude(VEHICLE, number));
+    }
+    assert_eq!(network.sent(capped), attitude(Component::new(7, 1), 0));
+    assert_eq!(network.counters(capped)[DropReason::RateCap], 9);
 }
 
 #[test]

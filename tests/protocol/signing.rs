@@ -22,7 +22,7 @@ fn key() -> Key {
 
 fn verify(strip: bool) -> GateOptions {
     let allow_unsigned = vec![MessageId::RADIO_STATUS, MessageId::RADIO];
-    let verify = Some(Verify { key: key(), allow_unsigned, strip });
+    let verify = Some(Verify { key: key(), allow_unsigned, strip, before_sending: false });
     GateOptions { verify, ..GateOptions::default() }
 }
 
@@ -220,6 +220,62 @@ fn a_spectator_hears_all_and_is_not_heard() {
     let (mut network, spectator, vehicle) = beside(readonly);
     refused(&mut network, spectator, &heartbeat(STATION), DropReason::ReadOnly);
     assert_eq!(network.hears(vehicle, &attitude(VEHICLE, 1)), [spectator]);
+}
+
+/// A gate that sends nothing to somebody who has not shown the key.
+fn guarded(key: Key, is_readonly: bool) -> GateOptions {
+    let allow_unsigned = vec![MessageId::RADIO_STATUS];
+    let verify = Some(Verify { key, allow_unsigned, strip: false, before_sending: true });
+    GateOptions { verify, is_readonly, ..GateOptions::default() }
+}
+
+#[test]
+fn whoever_calls_is_sent_nothing_before_a_good_signature() {
+    let (mut network, caller, vehicle) = beside(guarded(key(), false));
+    let other_key = Key::from_passphrase("another");
+    let radio_status = frame(Version::V2, 0, RADIO, (109, 185), &[1; 9]);
+    let no_proof = [
+        heartbeat(STATION),
+        signed_by(&other_key, 1, NOW, &heartbeat(STATION)),
+        signed_by(&key(), 1, NOW.minus(MINUTE + 1), &heartbeat(STATION)),
+        radio_status,
+    ];
+    for (number, bytes) in (1_u8..).zip(no_proof) {
+        network.receive(caller, &bytes);
+        network.delivered();
+        network.receive(vehicle, &attitude(VEHICLE, number));
+        assert!(network.sent(caller).is_empty(), "{number}");
+        assert_eq!(network.counters(caller)[DropReason::Unproven], u64::from(number));
+    }
+    network.receive(caller, &signed_by(&key(), 1, NOW, &heartbeat(STATION)));
+    network.receive(vehicle, &attitude(VEHICLE, 9));
+    assert_eq!(network.sent(caller), attitude(VEHICLE, 9), "as it came");
+}
+
+#[test]
+fn who_has_shown_the_key_need_not_do_so_again_while_it_is_the_same() {
+    let (mut network, caller, vehicle) = beside(guarded(key(), false));
+    network.receive(caller, &signed_by(&key(), 1, NOW, &heartbeat(STATION)));
+    let slower = GateOptions { max_rate: Some(100), ..guarded(key(), false) };
+    network.router.set_link_options(caller, gated(slower), network.now);
+    network.receive(vehicle, &attitude(VEHICLE, 1));
+    assert_eq!(network.sent(caller), attitude(VEHICLE, 1));
+    let other_key = Key::from_passphrase("another");
+    network.router.set_link_options(caller, gated(guarded(other_key, false)), network.now);
+    network.receive(vehicle, &attitude(VEHICLE, 2));
+    assert!(network.sent(caller).is_empty());
+}
+
+#[test]
+fn a_spectator_shows_the_key_and_is_not_heard_all_the_same() {
+    let (mut network, spectator, vehicle) = beside(guarded(key(), true));
+    refused(&mut network, spectator, &heartbeat(STATION), DropReason::ReadOnly);
+    assert_eq!(network.hears(vehicle, &attitude(VEHICLE, 1)), [spectator]);
+    assert_eq!(network.counters(spectator).frames_out, 0);
+    let good = signed_by(&key(), 1, NOW, &heartbeat(STATION));
+    refused(&mut network, spectator, &good, DropReason::ReadOnly);
+    network.receive(vehicle, &attitude(VEHICLE, 2));
+    assert_eq!(network.sent(spectator), attitude(VEHICLE, 2));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use super::put;
 use super::row::flag;
 use crate::config::address::AddressKind::{Multicast, TcpIn, TcpOut, UdpBroadcast, UdpIn};
+use crate::config::network;
 use crate::config::option_spec::OnChange::InPlace;
 use crate::config::option_spec::OptionSpec;
 use crate::config::shape::Shape;
@@ -21,6 +22,20 @@ pub(super) const PEERS: &[OptionSpec] = &[
         on_change: InPlace,
         set: |to, text| put(&mut to.options.max_peers, value::number(text, 1..=1000)),
         show: |options| Some(options.max_peers.to_string()),
+    },
+    OptionSpec {
+        name: "allow_from",
+        value: "NETWORK[,NETWORK...]",
+        shape: Shape::List,
+        expects: "networks such as 192.168.0.0/16, without bits behind the prefix, or addresses with \
+                  commas between",
+        help: "who may be a peer: only these networks and addresses",
+        default: None,
+        applies_to: &[UdpIn, TcpIn],
+        needs: None,
+        on_change: InPlace,
+        set: |to, text| put(&mut to.options.allow_from, network::networks(text)),
+        show: |options| value::show_list(&options.allow_from),
     },
     OptionSpec {
         name: "peer_timeout",

@@ -8,8 +8,9 @@ use super::super::endpoint_table::EndpointId;
 use super::super::event_loop::Daemon;
 use super::super::plan::is_internal;
 use super::super::settings::settle;
-use crate::config::{EndpointConfig, KeyRef};
+use crate::config::EndpointConfig;
 use crate::control::Answer;
+use crate::mavlink::Key;
 
 /// What was done, or why it was not.
 type Outcome = Result<String, String>;
@@ -95,31 +96,50 @@ impl Daemon {
         }
     }
 
-    /// An endpoint as on the command line, with its keys: those that are in use already. A request
-    /// reads no files.
+    /// An endpoint as on the command line, with its keys: those that were read at the last start or
+    /// reload. A request reads no files.
     fn read_endpoint(&self, text: &str) -> Result<EndpointConfig, String> {
         let mut config: EndpointConfig = text.parse().map_err(|error| format!("{error}"))?;
         let name = config.name();
         let options = &mut config.options;
         for named in [&mut options.sign, &mut options.verify].into_iter().flatten() {
-            named.key = self.loaded_key(&named.name).and_then(|loaded| loaded.key.clone());
+            named.key = self.loaded_key(&named.name);
             if named.key.is_none() {
-                return Err(format!(
-                    "{name}: key `{}` is not loaded: only keys that an endpoint uses since the last \
-                     start or reload are. Put this endpoint, and under `keys` its key, into the \
-                     configuration file, and reload",
-                    named.name
-                ));
+                let hint = self.key_hint(&named.name);
+                return Err(format!("{name}: key `{}` is not loaded: {hint}", named.name));
             }
         }
         Ok(config)
     }
 
-    /// Where a key of this name is in use.
-    fn loaded_key(&self, name: &str) -> Option<&KeyRef> {
+    /// The key of this name, if it was read, for whatever endpoint.
+    fn loaded_key(&self, name: &str) -> Option<Key> {
+        let mut configured = self.general.keys.iter().filter(|file| file.name == name);
         let options = self.io.endpoints.iter().map(Endpoint::options);
-        let mut keys = options.flat_map(|it| [&it.sign, &it.verify]).flatten();
-        keys.find(|used| used.name == name && used.key.is_some())
+        let mut used = options.flat_map(|it| [&it.sign, &it.verify]).flatten();
+        let used = || used.find(|used| used.name == name)?.key.clone();
+        configured.find_map(|file| file.key.clone()).or_else(used)
+    }
+
+    /// What to do about a key that was not read.
+    fn key_hint(&self, name: &str) -> String {
+        let shown = match self.general.keys.iter().find(|file| file.name == name) {
+            Some(file) => {
+                let path = file.path.display();
+                return format!(
+                    "{path} could not be read at the last start or reload: it must have a key, and \
+                     be closed to others (`chmod 600`); then reload"
+                );
+            }
+            None => self.general.keys.iter().map(|file| file.name.as_str()).collect::<Vec<_>>(),
+        };
+        match &shown[..] {
+            [] => "say under `keys` in the configuration file where it is, and reload".to_owned(),
+            names => format!(
+                "there are: {}. Say under `keys` in the configuration file where it is, and reload",
+                names.join(", ")
+            ),
+        }
     }
 
     /// What is configured: not what belongs to the program itself.

@@ -9,7 +9,7 @@ use mio::{Events, Poll, Token};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use super::*;
-use crate::config::{EndpointConfig, EndpointOptions, General};
+use crate::config::{EndpointConfig, EndpointOptions, General, KeyFile};
 use crate::daemon::event_loop::DaemonConfig;
 use crate::daemon::reload::Host;
 use crate::daemon::signals::Signals;
@@ -119,7 +119,16 @@ fn a_request_finds_the_keys_that_are_loaded_and_tells_of_others_how_to_load_them
     done(daemon.request_add("udpin:127.0.0.1:0?name=b&verify=radio"));
     let text = refused(daemon.request_add("udpin:127.0.0.1:0?name=c&sign=other"));
     assert!(text.starts_with("c: key `other` is not loaded"), "{text}");
-    assert!(text.contains("reload"), "{text}");
+    assert!(text.contains("under `keys`") && text.contains("reload"), "{text}");
+    // Those that no endpoint uses yet are there as well, if they could be read.
+    let file = |name: &str, key| KeyFile { name: name.into(), path: "/x.key".into(), key };
+    daemon.general.keys =
+        vec![file("spare", Some(Key::from_passphrase("spare"))), file("torn", None)];
+    done(daemon.request_add("udpin:127.0.0.1:0?name=d&sign=spare&verify=radio"));
+    let text = refused(daemon.request_add("udpin:127.0.0.1:0?name=e&sign=torn"));
+    assert!(text.contains("/x.key could not be read"), "{text}");
+    let text = refused(daemon.request_add("udpin:127.0.0.1:0?name=e&sign=other"));
+    assert!(text.contains("there are: spare, torn"), "{text}");
 }
 
 #[test]

@@ -2,7 +2,10 @@
 
 use super::Daemon;
 use crate::control::Answer;
-use crate::mavlink::{CheckedFrame, Component, Definition, Header, MessageId, Target, Version};
+use crate::mavlink::{
+    CheckedFrame, Component, Definition, FrameSpec, Header, MessageId, SIGNATURE, Target, Version,
+    encode,
+};
 use crate::routing::{Explanation, Fate, LinkId, Missing, Way};
 use crate::status::{FrameFate, LinkFate, Why};
 
@@ -14,8 +17,49 @@ const MAX_ORIGINS: usize = 8;
 const HEARTBEAT: MessageId = MessageId(0);
 const COMMAND_LONG: MessageId = MessageId(76);
 
-/// The overhead of a MAVLink 2 frame, in bytes.
-const OVERHEAD: usize = 12;
+/// How a frame looks that is asked about, as far as that was said.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FrameShape {
+    /// 1 or 2; MAVLink 2 if it was not said.
+    pub(super) mavlink: Option<u8>,
+    /// Whether it is signed; if it was not said, it is where signatures are asked for.
+    pub(super) signed: Option<bool>,
+}
+
+impl FrameShape {
+    /// Holds that a message can have this shape.
+    fn check(self, message: &Definition) -> Result<(), String> {
+        match (self.mavlink, self.signed) {
+            (Some(1), Some(true)) => {
+                Err("MAVLink 1 cannot be signed: ask about MAVLink 2, or about what is not signed"
+                    .into())
+            }
+            (Some(1), _) if message.id.0 > 255 => {
+                Err(format!("{} has an id above 255: MAVLink 1 does not have it", message.name))
+            }
+            (None | Some(1 | 2), _) => Ok(()),
+            (Some(other), _) => Err(format!("there is no MAVLink {other}: expected 1 or 2")),
+        }
+    }
+
+    /// A frame of this shape, of nothing but zeros; its signature is no good.
+    fn frame(self, message: &Definition, source: Component, is_signed: bool) -> Vec<u8> {
+        let payload = vec![0; usize::from(message.base_len.min(255))];
+        let version = if self.mavlink == Some(1) { Version::V1 } else { Version::V2 };
+        let spec = FrameSpec {
+            version,
+            seq: 0,
+            source,
+            id: message.id,
+            crc_extra: message.crc_extra,
+            payload: &payload,
+            signature: is_signed.then_some([0; SIGNATURE]),
+        };
+        let mut bytes = Vec::new();
+        encode(&spec, &mut bytes);
+        bytes
+    }
+}
 
 /// Who sends, or who shall hear.
 enum Party {
@@ -28,14 +72,26 @@ enum Party {
 
 impl Daemon {
     /// Answers why frames go where they go.
-    pub(super) fn request_why(&self, from: &str, to: &str, message: Option<&str>) -> Answer {
-        match self.why(from, to, message) {
+    pub(super) fn request_why(
+        &self,
+        from: &str,
+        to: &str,
+        message: Option<&str>,
+        shape: FrameShape,
+    ) -> Answer {
+        match self.why(from, to, message, shape) {
             Ok(why) => Answer::Why(Box::new(why)),
             Err(text) => Answer::Error(text),
         }
     }
 
-    fn why(&self, from: &str, to: &str, message: Option<&str>) -> Result<Why, String> {
+    fn why(
+        &self,
+        from: &str,
+        to: &str,
+        message: Option<&str>,
+        shape: FrameShape,
+    ) -> Result<Why, String> {
         let (sender, hearer) = (self.party(from)?, self.party(to)?);
         if matches!(sender, Party::Everybody) {
             return Err("`all` send nothing together: name one of them, as 1/1".to_owned());
@@ -45,9 +101,10 @@ impl Daemon {
             None if self.target_of(&hearer).system == 0 => vec![self.known(HEARTBEAT)?],
             None => vec![self.known(HEARTBEAT)?, self.known(COMMAND_LONG)?],
         };
+        messages.iter().try_for_each(|message| shape.check(message))?;
         let (origins, wanted) = (self.origins(&sender), self.links_where(&hearer));
         let fate = |definition: &Definition, (link, source): (LinkId, Component)| {
-            self.fate_of(definition, source, self.target_of(&hearer), link, &wanted)
+            self.fate_of(definition, shape, source, self.target_of(&hearer), link, &wanted)
         };
         let frames = messages
             .iter()
@@ -149,6 +206,7 @@ impl Daemon {
     fn fate_of(
         &self,
         definition: &Definition,
+        shape: FrameShape,
         source: Component,
         asked: Component,
         link: LinkId,
@@ -159,13 +217,17 @@ impl Daemon {
             Target::System(_) => Component::new(asked.system, 0),
             Target::SystemComponent(..) => asked,
         };
-        let bytes = vec![0; usize::from(definition.base_len.min(255)) + OVERHEAD];
-        let len = bytes.len() - OVERHEAD;
-        let (version, id) = (Version::V2, definition.id);
-        // At most 255, as above.
-        let header = Header { version, len: len as u8, signed: false, seq: 0, source, id };
-        let frame = CheckedFrame { bytes: &bytes, header, target, verified: true };
-        let Explanation { refused, fates } = self.router.explain(link, &frame, self.now)?;
+        // On that link both may have other ids than here.
+        let (from, to) =
+            (self.router.on_the_wire(link, source), self.router.on_the_wire(link, target));
+        let is_signed = shape
+            .signed
+            .unwrap_or_else(|| shape.mavlink != Some(1) && self.router.asks_for_signatures(link));
+        let bytes = shape.frame(definition, from, is_signed);
+        let header = Header::parse(&bytes).ok()?;
+        let frame = CheckedFrame { bytes: &bytes, header, target: to, verified: true };
+        let Explanation { refused, if_signature_is_good, fates } =
+            self.router.explain(link, &frame, self.now)?;
         let links = fates.iter().map(|(to, fate)| self.link_fate(*to, *fate, wanted));
         Some(FrameFate {
             source: source.to_string(),
@@ -175,6 +237,7 @@ impl Daemon {
             link: number(link),
             peer: self.peer_name(link),
             refused: refused.map(|reason| reason.name().to_owned()),
+            if_signature_is_good,
             links: links.collect(),
         })
     }

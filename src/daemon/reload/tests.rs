@@ -136,6 +136,7 @@ const VALUES: &[(&str, &[&str])] = &[
     ("queue_time", &["50ms", "1s"]),
     ("rate", &["ATTITUDE:4", "ATTITUDE:4,RAW_IMU:1", "27:2"]),
     ("max_peers", &["1", "9"]),
+    ("allow_from", &["127.0.0.1", "10.0.0.0/8,fd00::/8"]),
     ("peer_timeout", &["1s", "9s"]),
     ("stall_timeout", &["1s", "9s"]),
     ("retry", &["0", "9s"]),

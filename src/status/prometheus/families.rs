@@ -69,6 +69,15 @@ impl Picture {
         counters(encoder, &family, each)
     }
 
+    fn refused_peers(&self, encoder: &mut DescriptorEncoder<'_>) -> Result<(), Error> {
+        let help = "Connections and datagrams of those who were refused as peers, by reason";
+        let each = self.endpoints().flat_map(|(name, endpoint, _)| {
+            let labels = move |reason| [("endpoint", name), ("reason", reason)];
+            endpoint.refused_peers.iter().map(move |(why, count)| (labels(why.as_str()), *count))
+        });
+        counters(encoder, &Family("refused_peers", None, help), each)
+    }
+
     fn endpoint_gauges(&self, encoder: &mut DescriptorEncoder<'_>) -> Result<(), Error> {
         for (family, value) in endpoint_gauges() {
             let each = self.endpoints().map(|(name, it, _)| (endpoint(name), value(it)));
@@ -127,6 +136,7 @@ impl Collector for Picture {
         self.program(&mut encoder)?;
         self.endpoint_counters(&mut encoder)?;
         self.refused(&mut encoder)?;
+        self.refused_peers(&mut encoder)?;
         self.endpoint_gauges(&mut encoder)?;
         self.component_counters(&mut encoder)?;
         self.component_gauges(&mut encoder)

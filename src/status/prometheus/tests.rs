@@ -28,6 +28,7 @@ fn snapshot(links: Vec<LinkStatus>, past: u64, heard: Vec<HeardStatus>) -> Snaps
     let fc = EndpointStatus {
         name: "fc".to_owned(),
         state: EndpointState::Up,
+        refused_peers: [("outside".to_owned(), 3)].into(),
         links,
         past,
         ..EndpointStatus::default()
@@ -54,6 +55,7 @@ fn an_endpoint_is_a_series_and_its_links_are_none() {
     has(&text, "mavswitch_received_frames_total{endpoint=\"fc\"} 112");
     has(&text, "mavswitch_received_bytes_total{endpoint=\"fc\"} 240");
     has(&text, "mavswitch_refused_frames_total{endpoint=\"fc\",reason=\"queue_full\"} 12");
+    has(&text, "mavswitch_refused_peers_total{endpoint=\"fc\",reason=\"outside\"} 3");
     has(&text, "mavswitch_endpoint_up{endpoint=\"fc\"} 1.0");
     has(&text, "mavswitch_loss_ratio{endpoint=\"fc\"} 0.125");
     has(&text, "mavswitch_uptime_seconds 1.5");
