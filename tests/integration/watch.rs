@@ -109,6 +109,8 @@ fn why_of_somebody_who_was_never_heard_says_who_was() {
     assert!(text.contains("gcs: nobody has come yet"), "{text}");
     let text = ask(&router, &["why"]);
     assert!(text.contains("gcs: nobody has come yet"), "{text}");
+    let text = ask(&router, &["why", "0/190", "1/1"]);
+    assert!(text.contains("0/190 has system 0") && text.contains("source_system"), "{text}");
     let text = ask(&router, &["why", "1/1", "nowhere"]);
     assert!(text.contains("nowhere is nobody") && text.contains("radio, gcs"), "{text}");
 }
