@@ -4,7 +4,7 @@ use std::io::{self, ErrorKind::ConnectionRefused};
 use std::net::SocketAddr;
 use std::os::fd::AsFd;
 
-use super::sys::{self, Outgoing, Received};
+use super::sys::{self, Received};
 use crate::mavlink::Splitter;
 
 /// How many datagrams one system call moves at most.
@@ -85,16 +85,16 @@ pub fn send_datagrams<'a>(
     destination: SocketAddr,
     datagrams: impl Iterator<Item = (&'a [u8], &'a [u8])>,
 ) -> Sent {
-    let mut batch = [Outgoing { pieces: (&[], &[]), destination }; BATCH];
+    let mut batch: [(&[u8], &[u8]); BATCH] = [(&[], &[]); BATCH];
     let mut count = 0;
     for (place, pieces) in batch.iter_mut().zip(datagrams) {
-        place.pieces = pieces;
+        *place = pieces;
         count += 1;
     }
     let mut sent = Sent { count: 0, error: None, refused: false };
     let mut refusals = 0;
     while sent.count < count {
-        match sys::send_batch(socket.as_fd(), &batch[sent.count..count]) {
+        match sys::send_batch(socket.as_fd(), destination, &batch[sent.count..count]) {
             Ok(more) => sent.count += more,
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
             // The answer to an earlier one; this one has not been tried. More answers than

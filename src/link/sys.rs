@@ -40,7 +40,8 @@ pub(super) fn receive_batch(
     let mut headers = [const { MaybeUninit::<libc::mmsghdr>::uninit() }; BATCH];
     for (at, buffer) in buffers[..count].iter_mut().enumerate() {
         pieces[at] = libc::iovec { iov_base: buffer.as_mut_ptr().cast(), iov_len: buffer.len() };
-        headers[at].write(header(&mut pieces[at..=at], &mut names[at], NAME));
+        let msg_hdr = header(&mut pieces[at..=at], (&raw mut names[at], NAME));
+        headers[at].write(libc::mmsghdr { msg_hdr, msg_len: 0 });
     }
     // SAFETY: the first `count` headers are written, and point to one piece and one name each, all
     // of which outlive the call; each piece is a buffer that is borrowed mutably and as long as said.
@@ -62,38 +63,52 @@ pub(super) fn receive_batch(
     Ok(filled)
 }
 
-/// One datagram to be sent: its bytes in two pieces, and where to.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Outgoing<'a> {
-    /// The bytes; the second piece may be empty.
-    pub pieces: (&'a [u8], &'a [u8]),
-    /// The destination.
-    pub destination: SocketAddr,
-}
+/// The bytes of one datagram; the second piece may be empty.
+pub(super) type Pieces<'a> = (&'a [u8], &'a [u8]);
 
-/// Sends datagrams in order, at most [`BATCH`] of them; says how many were sent.
+/// Sends datagrams to one destination in order, at most [`BATCH`] of them; says how many were sent.
 ///
 /// # Errors
 ///
 /// As `sendmmsg(2)`, of the first datagram that was not sent.
-pub(super) fn send_batch(socket: impl AsFd, datagrams: &[Outgoing<'_>]) -> io::Result<usize> {
+pub(super) fn send_batch(
+    socket: impl AsFd,
+    destination: SocketAddr,
+    datagrams: &[Pieces<'_>],
+) -> io::Result<usize> {
+    let mut name = NO_NAME;
+    let length = write_socket_addr(destination, &mut name);
+    let name = (&raw mut name, length);
+    match datagrams {
+        // What a quiet machine sends, mostly: the system has less to do for it than for a batch of one.
+        [datagram] => send_one(socket, name, *datagram),
+        datagrams => send_many(socket, name, datagrams),
+    }
+}
+
+fn send_one(socket: impl AsFd, name: NameOf, datagram: Pieces<'_>) -> io::Result<usize> {
+    let (mut pieces, used) = outgoing_pieces(datagram);
+    let header = header(&mut pieces[..used], name);
+    // SAFETY: the header points to its pieces and to a name, which outlive the call; the system only
+    // reads what the pieces point to, as long as the borrowed slices are.
+    let result =
+        unsafe { libc::sendmsg(socket.as_fd().as_raw_fd(), &raw const header, libc::MSG_DONTWAIT) };
+    if result < 0 { Err(io::Error::last_os_error()) } else { Ok(1) }
+}
+
+fn send_many(socket: impl AsFd, name: NameOf, datagrams: &[Pieces<'_>]) -> io::Result<usize> {
     let count = datagrams.len().min(BATCH);
-    let mut names = [NO_NAME; BATCH];
     let mut pieces = [[NO_PIECE; 2]; BATCH];
     let mut headers = [const { MaybeUninit::<libc::mmsghdr>::uninit() }; BATCH];
     for (at, datagram) in datagrams[..count].iter().enumerate() {
-        let (first, second) = datagram.pieces;
-        for (piece, bytes) in pieces[at].iter_mut().zip([first, second]) {
-            let iov_base = bytes.as_ptr().cast_mut().cast();
-            *piece = libc::iovec { iov_base, iov_len: bytes.len() };
-        }
-        let used = if second.is_empty() { 1 } else { 2 };
-        let length = write_socket_addr(datagram.destination, &mut names[at]);
-        headers[at].write(header(&mut pieces[at][..used], &mut names[at], length));
+        let used;
+        (pieces[at], used) = outgoing_pieces(*datagram);
+        let msg_hdr = header(&mut pieces[at][..used], name);
+        headers[at].write(libc::mmsghdr { msg_hdr, msg_len: 0 });
     }
-    // SAFETY: the first `count` headers are written, and point to their pieces and names, all of
-    // which outlive the call; the system only reads what the pieces point to, as long as the
-    // borrowed slices are.
+    // SAFETY: the first `count` headers are written, and point to their pieces and to one name, all
+    // of which outlive the call; the system only reads what the pieces point to, as long as the
+    // borrowed slices are, and the name.
     let result = unsafe {
         libc::sendmmsg(
             socket.as_fd().as_raw_fd(),
@@ -105,8 +120,20 @@ pub(super) fn send_batch(socket: impl AsFd, datagrams: &[Outgoing<'_>]) -> io::R
     usize::try_from(result).map_err(|_| io::Error::last_os_error())
 }
 
+/// How the system is told of the bytes of a datagram, and how many pieces of it count.
+fn outgoing_pieces((first, second): Pieces<'_>) -> ([libc::iovec; 2], usize) {
+    let piece = |bytes: &[u8]| {
+        let iov_base = bytes.as_ptr().cast_mut().cast();
+        libc::iovec { iov_base, iov_len: bytes.len() }
+    };
+    ([piece(first), piece(second)], if second.is_empty() { 1 } else { 2 })
+}
+
 /// An address of either family: that of IPv6 is as large as, and aligned for, that of IPv4.
 type Name = libc::sockaddr_in6;
+
+/// Where an address stands, and how long it is.
+type NameOf = (*mut Name, libc::socklen_t);
 
 /// How long a name is at most.
 const NAME: libc::socklen_t = size_of::<Name>() as libc::socklen_t;
@@ -123,14 +150,14 @@ const NO_NAME: Name = Name {
 /// No bytes.
 const NO_PIECE: libc::iovec = libc::iovec { iov_base: std::ptr::null_mut(), iov_len: 0 };
 
-/// A header that points to these pieces, and to a name of this length.
-fn header(pieces: &mut [libc::iovec], name: &mut Name, length: libc::socklen_t) -> libc::mmsghdr {
+/// A header that points to these pieces and to a name.
+fn header(pieces: &mut [libc::iovec], (name, length): NameOf) -> libc::msghdr {
     // SAFETY: all-zero bytes are a valid value of this plain C structure.
-    let mut header: libc::mmsghdr = unsafe { zeroed() };
-    header.msg_hdr.msg_iov = pieces.as_mut_ptr();
-    header.msg_hdr.msg_iovlen = pieces.len() as _;
-    header.msg_hdr.msg_name = (&raw mut *name).cast();
-    header.msg_hdr.msg_namelen = length;
+    let mut header: libc::msghdr = unsafe { zeroed() };
+    header.msg_iov = pieces.as_mut_ptr();
+    header.msg_iovlen = pieces.len() as _;
+    header.msg_name = name.cast();
+    header.msg_namelen = length;
     header
 }
 
@@ -278,9 +305,8 @@ mod tests {
         for host in ["127.0.0.1:0", "[::1]:0"] {
             let (from, to) = (UdpSocket::bind(host).unwrap(), UdpSocket::bind(host).unwrap());
             let destination = to.local_addr().unwrap();
-            let first = Outgoing { pieces: (b"one", b""), destination };
-            let second = Outgoing { pieces: (b"t", b"wo"), destination };
-            assert_eq!(send_batch(&from, &[first, second]).unwrap(), 2);
+            let datagrams: [Pieces<'_>; 2] = [(b"one", b""), (b"t", b"wo")];
+            assert_eq!(send_batch(&from, destination, &datagrams).unwrap(), 2);
             let (mut a, mut b, mut c) = ([0xa5; 8], [0xa5; 8], [0xa5; 8]);
             let mut received = [Received { len: 0, source: None }; 3];
             let mut buffers: [&mut [u8]; 3] = [&mut a, &mut b, &mut c];
@@ -290,6 +316,9 @@ mod tests {
             assert_eq!(c, [0xa5; 8]);
             let nothing = receive_batch(&to, &mut [&mut a], &mut received);
             assert_eq!(nothing.unwrap_err().kind(), io::ErrorKind::WouldBlock);
+            assert_eq!(send_batch(&from, destination, &datagrams[1..]).unwrap(), 1);
+            assert_eq!(receive_batch(&to, &mut [&mut a], &mut received).unwrap(), 1);
+            assert_eq!(&a[..received[0].len], b"two");
         }
     }
 }

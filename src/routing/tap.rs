@@ -66,8 +66,8 @@ impl Tap {
         self.sightings.is_empty() && self.missed == 0
     }
 
-    #[inline]
     /// Whether copies are kept.
+    #[inline]
     pub fn is_open(&self) -> bool {
         self.is_open
     }
