@@ -2,6 +2,7 @@
 
 mod ask;
 mod log;
+mod own;
 mod record;
 mod routerd;
 mod watch;
@@ -21,6 +22,7 @@ use crate::routing::Learn;
 
 pub use ask::{AskArgs, AskError, EndpointCommand, LogLevelArgs, RecordCommand, StatusArgs};
 pub use log::{LogCommand, LogError};
+pub use own::OwnArgs;
 pub use record::RecordArgs;
 pub use routerd::{NOTHING_FOR_ROUTERD, ROUTERD, RouterdCli};
 pub use watch::{ListenArgs, WhyArgs};
@@ -170,6 +172,10 @@ pub struct RouteArgs {
     #[arg(long, value_name = "PATH|off", value_parser = control_place)]
     pub control: Option<ControlPlace>,
 
+    /// Who the program itself is.
+    #[command(flatten)]
+    pub own: OwnArgs,
+
     /// What to record.
     #[command(flatten)]
     pub record: RecordArgs,
@@ -254,6 +260,7 @@ impl RouteArgs {
         if let Some(place) = &self.control {
             config.general.control = place.clone();
         }
+        self.own.apply_to(&mut config.general.own);
         self.record.apply_to(&mut config.general.record);
         config.add(&self.endpoints)
     }

@@ -6,6 +6,7 @@
 //! - [`routing`]: which link gets which frame, and the queues in between. Pure as well; the time
 //!   is an argument.
 //! - [`sim`]: vehicles that are not there, as pure as the two before.
+//! - [`own`]: the component that the program itself may be, as pure as these.
 //! - [`link`]: the sockets and serial ports that carry the bytes; the only room with `unsafe`.
 //! - [`status`]: what is going on, as a value that can be shown.
 //! - [`listen`]: frames as they pass, and how they look.
@@ -24,6 +25,7 @@ pub mod daemon;
 pub mod link;
 pub mod listen;
 pub mod mavlink;
+pub mod own;
 pub mod record;
 pub mod routing;
 pub mod sim;

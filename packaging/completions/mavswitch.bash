@@ -230,7 +230,7 @@ _mavswitch() {
 
     case "${cmd}" in
         mavswitch)
-            opts="-c -v -q -h -V --config --learn --strict --route-age --sniffer --dialect --metrics --key --control --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help --version dialect ports completions check import log status why listen endpoint top record log-level config help"
+            opts="-c -v -q -h -V --config --learn --strict --route-age --sniffer --dialect --metrics --key --control --system --component --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help --version dialect ports completions check import log status why listen endpoint top record log-level config help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 1 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -273,6 +273,14 @@ _mavswitch() {
                     return 0
                     ;;
                 --control)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --system)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --component)
                     COMPREPLY=($(compgen -f "${cur}"))
                     return 0
                     ;;
@@ -360,7 +368,7 @@ _mavswitch() {
             return 0
             ;;
         mavswitch__subcmd__config)
-            opts="-c -v -q -h --config --learn --strict --route-age --sniffer --dialect --metrics --key --control --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help"
+            opts="-c -v -q -h --config --learn --strict --route-age --sniffer --dialect --metrics --key --control --system --component --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -403,6 +411,14 @@ _mavswitch() {
                     return 0
                     ;;
                 --control)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --system)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --component)
                     COMPREPLY=($(compgen -f "${cur}"))
                     return 0
                     ;;

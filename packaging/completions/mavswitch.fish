@@ -1,6 +1,6 @@
 # Print an optspec for argparse to handle cmd's options that are independent of any subcommand.
 function __fish_mavswitch_global_optspecs
-    string join \n c/config= learn= strict= route-age= sniffer= dialect= metrics= key= control= record= record-telemetry= record-when= record-max-size= record-max-time= record-min-free= record-max-files= flight-log= flight-log-system= v/verbose q/quiet log-format= h/help V/version
+    string join \n c/config= learn= strict= route-age= sniffer= dialect= metrics= key= control= system= component= record= record-telemetry= record-when= record-max-size= record-max-time= record-min-free= record-max-files= flight-log= flight-log-system= v/verbose q/quiet log-format= h/help V/version
 end
 
 function __fish_mavswitch_needs_command
@@ -35,6 +35,8 @@ complete -c mavswitch -n "__fish_mavswitch_needs_command" -l dialect -d 'Know th
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l metrics -d 'Serve metrics for Prometheus, and a status page, by HTTP at this address and port' -r
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l key -d 'A signing key that endpoints may name, and the file that it is in; may be repeated' -r
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l control -d 'Where to have the control socket, by which `mavswitch status` and others ask; off: nowhere' -r
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -l system -d 'Be a component of this system: send HEARTBEAT, answer TIMESYNC and PING, measure links' -r
+complete -c mavswitch -n "__fish_mavswitch_needs_command" -l component -d 'The component id of that component [default: 191]' -r
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l record -d 'Record all traffic to this directory, as telemetry logs (.tlog)' -r -F
 complete -c mavswitch -n "__fish_mavswitch_needs_command" -l record-telemetry -d 'Record all traffic, if there is a directory for it [default: true]' -r -f -a "true\t''
 false\t''"
@@ -337,6 +339,8 @@ complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l dialect -
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l metrics -d 'Serve metrics for Prometheus, and a status page, by HTTP at this address and port' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l key -d 'A signing key that endpoints may name, and the file that it is in; may be repeated' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l control -d 'Where to have the control socket, by which `mavswitch status` and others ask; off: nowhere' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l system -d 'Be a component of this system: send HEARTBEAT, answer TIMESYNC and PING, measure links' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l component -d 'The component id of that component [default: 191]' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l record -d 'Record all traffic to this directory, as telemetry logs (.tlog)' -r -F
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand config" -l record-telemetry -d 'Record all traffic, if there is a directory for it [default: true]' -r -f -a "true\t''
 false\t''"

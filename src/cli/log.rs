@@ -157,6 +157,7 @@ impl Lists {
             block_systems: read_ids("block-systems", self.block_systems.as_deref())?,
             allow_components: read_ids("allow-components", self.allow_components.as_deref())?,
             block_components: read_ids("block-components", self.block_components.as_deref())?,
+            block_single: None,
         })
     }
 }

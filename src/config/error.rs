@@ -222,7 +222,7 @@ mod tests {
         ("udpout:10.0.0.2?bnd=:1", "unknown option `bnd`: did you mean `bind`?"),
         (
             "serial:auto?colour=red",
-            "unknown option `colour`: serial takes name, enabled, baudrate, flow, bandwidth, queue_time, rate, allow_messages_in, block_messages_in, allow_systems_in, block_systems_in, allow_components_in, block_components_in, allow_messages_out, block_messages_out, allow_systems_out, block_systems_out, allow_components_out, block_components_out, sniffer, forward_setup_signing, record, group, path, prefer, dedup, readonly, max_rate, remap, version, version_strict, heartbeats, sign, v1, verify, allow_unsigned and strip",
+            "unknown option `colour`: serial takes name, enabled, baudrate, flow, bandwidth, queue_time, rate, allow_messages_in, block_messages_in, allow_systems_in, block_systems_in, allow_components_in, block_components_in, allow_messages_out, block_messages_out, allow_systems_out, block_systems_out, allow_components_out, block_components_out, sniffer, forward_setup_signing, record, group, path, prefer, dedup, readonly, max_rate, remap, version, version_strict, heartbeats, sign, v1, verify, allow_unsigned, strip, own_component, request_streams and block_stream_requests",
         ),
         ("udpin:14550?name", "option `name` has no value: write name=NAME"),
         (

@@ -8,6 +8,7 @@ use clap::ValueEnum;
 
 use super::control_place::ControlPlace;
 use super::key_files::KeyFile;
+use super::own::{self, OwnOptions};
 use super::record::{self, RecordOptions};
 use super::shape::Shape;
 use super::value::{self, FOREVER};
@@ -32,6 +33,8 @@ pub struct General {
     pub control: ControlPlace,
     /// What to record.
     pub record: RecordOptions,
+    /// Who the program itself is.
+    pub own: OwnOptions,
 }
 
 /// How log lines look.
@@ -202,6 +205,8 @@ pub const GENERAL: &[GeneralSpec] = &[
         },
         show: |general| general.control.show().into_iter().collect(),
     },
+    own::SYSTEM,
+    own::COMPONENT,
     record::RECORD,
     record::TELEMETRY,
     record::WHEN,

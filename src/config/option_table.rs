@@ -7,6 +7,7 @@ mod datagrams;
 mod filters;
 mod groups;
 mod guard;
+mod own;
 mod pace;
 mod peers;
 mod replay;
@@ -30,6 +31,7 @@ const SUBJECTS: &[&[OptionSpec]] = &[
     filters::FILTERS,
     groups::GROUPS,
     guard::GUARD,
+    own::OWN,
     replay::REPLAY,
     sim::SIM,
 ];

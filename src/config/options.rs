@@ -92,6 +92,13 @@ pub struct EndpointOptions {
     pub version_strict: bool,
     /// Whether HEARTBEAT is sent here.
     pub heartbeats: bool,
+    /// Whether the component that the program itself is may be heard here.
+    pub own_component: bool,
+    /// How often ArduPilot vehicles that are heard here are asked to send their telemetry, in messages
+    /// a second, 1..=50.
+    pub request_streams: Option<u8>,
+    /// Whether REQUEST_DATA_STREAM is not taken from here.
+    pub block_stream_requests: bool,
     /// What is signed with that is sent here and has no signature.
     pub sign: Option<KeyRef>,
     /// What becomes of MAVLink 1 where frames are signed.
@@ -143,6 +150,9 @@ impl Default for EndpointOptions {
             version: None,
             version_strict: true,
             heartbeats: true,
+            own_component: true,
+            request_streams: None,
+            block_stream_requests: false,
             sign: None,
             v1: OldFrames::Pass,
             verify: None,

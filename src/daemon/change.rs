@@ -125,7 +125,7 @@ impl Daemon {
     }
 
     /// Tells the router what the options of an endpoint mean for its links.
-    fn change_links(&mut self, index: EndpointId) {
+    pub(super) fn change_links(&mut self, index: EndpointId) {
         let endpoint = &mut self.io.endpoints[index];
         if let State::Datagrams(port) = &mut endpoint.state
             && let Role::Shared { answerer, .. } = &mut port.role
@@ -133,7 +133,7 @@ impl Daemon {
         {
             *answerer = Answerer::default();
         }
-        let options = endpoint.link_options();
+        let options = self.link_options(index);
         for id in self.links_of(index) {
             self.router.set_link_options(id, options.clone(), self.now);
             if let Some(link) = self.io.links.get_mut(id) {

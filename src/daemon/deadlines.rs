@@ -17,6 +17,7 @@ impl Daemon {
                 Timer::Pace(link) => self.handle_pace(link),
                 Timer::Stall(link) => self.check_stalled(link),
                 Timer::Local(link) => self.handle_local_deadline(link),
+                Timer::Own => self.handle_own_deadline(),
                 Timer::Log(index) => self.say_last_word(index),
                 Timer::Control => self.control.handle_timeout(),
                 Timer::Http => self.http.handle_timeout(),

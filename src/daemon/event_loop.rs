@@ -17,6 +17,7 @@ use super::http::Http;
 use super::links::Output;
 use super::log_limit::LogLimit;
 use super::notify::Notifier;
+use super::own::Own;
 use super::reload::{Host, Reloader};
 use super::settings::settle;
 use super::signals::Signals;
@@ -88,6 +89,7 @@ pub(super) struct Daemon {
     pub(super) recorder: Option<Recorder>,
     /// The part of the program that takes flight-stack logs, if they are wanted.
     pub(super) collector: Option<EndpointId>,
+    pub(super) own: Own,
 }
 
 /// Something that has more to read.
@@ -120,6 +122,7 @@ pub fn run(config: DaemonConfig, host: Arc<dyn Host>) -> Result<(), StartError> 
     daemon.open_control();
     daemon.open_http();
     daemon.start_recorder();
+    daemon.refresh_own();
     info!("ready");
     daemon.tell_ready();
     daemon.work().map_err(StartError::System)?;
@@ -191,6 +194,7 @@ impl Daemon {
             signing_time: SigningTime::default(),
             recorder: None,
             collector: None,
+            own: Own::default(),
         })
     }
 

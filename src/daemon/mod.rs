@@ -19,6 +19,7 @@ mod local;
 mod log_limit;
 mod notify;
 mod open;
+mod own;
 mod peers;
 mod plan;
 mod receive;

@@ -48,7 +48,7 @@ impl Daemon {
         peer: String,
         output: Output,
     ) -> Result<LinkId, Output> {
-        let options = self.io.endpoints[endpoint].link_options();
+        let options = self.link_options(endpoint);
         let Some(id) = self.router.add_link(options, self.now) else { return Err(output) };
         self.say(endpoint, Level::INFO, self.topic(endpoint), &format!("link {id} up: {peer}"));
         let link = Link::new(endpoint, peer, output, self.now);

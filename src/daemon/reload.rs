@@ -187,6 +187,7 @@ impl Daemon {
         self.io.endpoints.tell_names_apart();
         self.add_endpoints(new.into_iter().map(|(settings, _)| settings));
         self.begin_signing_time(false);
+        self.refresh_own();
         let (gone, new, kept) = counts;
         Counts {
             added: new - replaced,

@@ -101,6 +101,7 @@ fn gate_options(
     Ok(GateOptions {
         is_readonly: options.readonly,
         max_rate: options.max_rate,
+        blocks_stream_requests: options.block_stream_requests,
         remap,
         version: options.version.map(|it| if it == 1 { Version::V1 } else { Version::V2 }),
         passes_unconverted: !options.version_strict,
@@ -125,6 +126,7 @@ fn filter_lists(
         block_systems: options.block_systems.clone(),
         allow_components: options.allow_components.clone(),
         block_components: options.block_components.clone(),
+        block_single: None,
     })
 }
 

@@ -1,6 +1,7 @@
 //! The picture of one moment, made when somebody asks for it.
 
 use std::cmp::Reverse;
+use std::time::Duration;
 
 use super::endpoint::{Endpoint, Past, Role, State};
 use super::endpoint_table::EndpointId;
@@ -57,6 +58,8 @@ impl Daemon {
     fn link_status(&self, id: LinkId) -> Option<LinkStatus> {
         let (link, port) = (self.io.links.get(id)?, self.router.port(id)?);
         let has_heard = port.counters().frames_in > 0;
+        let round_trip = self.round_trip(id, link);
+        let millis = |time: Duration| time.as_secs_f64() * 1e3;
         Some(LinkStatus {
             id: u16::try_from(id.index()).ok()?,
             peer: link.peer.clone(),
@@ -70,6 +73,8 @@ impl Daemon {
             },
             pace: port.rate().map(u64::from),
             loss_percent: loss_percent(port),
+            round_trip_ms: round_trip.map(|it| millis(it.smoothed)),
+            last_round_trip_ms: round_trip.map(|it| millis(it.last)),
         })
     }
 

@@ -21,6 +21,8 @@ pub(super) enum Timer {
     Stall(LinkId),
     /// Ask the other side of a link inside the program what it has to say.
     Local(LinkId),
+    /// Let the program's own component live for another second.
+    Own,
     /// Tell the service manager that the loop is alive.
     Notify,
     /// Look after the clients of the control socket.

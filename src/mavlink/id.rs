@@ -47,6 +47,8 @@ impl MessageId {
     pub const SYSTEM_TIME: Self = Self(2);
     /// MISSION_ACK: the end of a mission transfer.
     pub const MISSION_ACK: Self = Self(47);
+    /// REQUEST_DATA_STREAM: asks ArduPilot for its telemetry (rule 48).
+    pub const REQUEST_DATA_STREAM: Self = Self(66);
     /// COMMAND_ACK: the answer to a command; without target fields from old senders.
     pub const COMMAND_ACK: Self = Self(77);
     /// RADIO_STATUS: a radio's report, injected on its own link (rule 46).

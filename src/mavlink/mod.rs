@@ -12,9 +12,11 @@ mod encode;
 mod fields;
 mod frame;
 mod id;
+mod payload;
 mod rewrite;
 mod signing;
 mod splitter;
+mod timing;
 mod unsigned;
 
 pub use checker::{Checker, Evidence, Sighting, Verdict};
@@ -30,10 +32,12 @@ pub use frame::{
     Frame, FrameError, Header, MAX_FRAME, SIGNATURE, STX_V1, STX_V2, Version, frame_len_of,
 };
 pub use id::{Component, MessageId};
+pub use payload::{Fields, Layout, Payload};
 pub use rewrite::{FrameBuffer, Recipes, SystemMap};
 pub use signing::{KEY_LEN, Key, MAX_STREAMS, Refusal, Streams, Timestamp, fuzz_signing};
 pub use splitter::{
     CheckedFrame, Cutter, Input, Splitter, SplitterStats, fuzz_splitter,
     fuzz_splitter_with_checksums,
 };
+pub use timing::Timing;
 pub use unsigned::unsigned;

@@ -45,11 +45,14 @@ pub enum DropReason {
     Signed,
     /// It cannot be brought into the layout that is sent here (rule 61).
     NotConverted,
+    /// REQUEST_DATA_STREAM, where nobody but this program asks for streams (`block_stream_requests`);
+    /// counts on the link it came from.
+    StreamRequest,
 }
 
 impl DropReason {
     /// All of them, in the order of their declaration.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::NoRoute,
         Self::SetupSigning,
         Self::Loop,
@@ -69,6 +72,7 @@ impl DropReason {
         Self::Unsignable,
         Self::Signed,
         Self::NotConverted,
+        Self::StreamRequest,
     ];
 
     /// Whether it is the outcome of a check of signatures.
@@ -99,6 +103,7 @@ impl DropReason {
             Self::Unsignable => "unsignable",
             Self::Signed => "signed",
             Self::NotConverted => "not_converted",
+            Self::StreamRequest => "stream_request",
         }
     }
 }

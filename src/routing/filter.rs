@@ -1,6 +1,6 @@
 //! Which frames pass, by message and by source: lists of what is allowed and of what is blocked.
 
-use crate::mavlink::{Header, MessageId};
+use crate::mavlink::{Component, Header, MessageId};
 
 /// What the user wrote: an empty list of what is allowed allows everything.
 #[derive(Clone, Default, PartialEq, Eq, Debug)]
@@ -17,6 +17,8 @@ pub struct FilterLists {
     pub allow_components: Vec<u8>,
     /// What components with these ids send does not.
     pub block_components: Vec<u8>,
+    /// This message of this component does not.
+    pub block_single: Option<(MessageId, Component)>,
 }
 
 /// The same, made for asking once a frame.
@@ -27,6 +29,7 @@ pub struct Filter {
     messages: MessageFilter,
     systems: ByteSet,
     components: ByteSet,
+    single: Option<(MessageId, Component)>,
 }
 
 /// Bits for the ids that nearly all traffic has, and a sorted list for the others.
@@ -53,6 +56,7 @@ impl Filter {
             messages: MessageFilter::new(&lists.allow_messages, &lists.block_messages),
             systems: byte_set(&lists.allow_systems, &lists.block_systems),
             components: byte_set(&lists.allow_components, &lists.block_components),
+            single: lists.block_single,
         }
     }
 
@@ -66,6 +70,7 @@ impl Filter {
         contains(&self.systems, header.source.system)
             && contains(&self.components, header.source.component)
             && self.messages.permits(header.id)
+            && self.single != Some((header.id, header.source))
     }
 }
 
@@ -110,7 +115,7 @@ fn contains(set: &ByteSet, byte: u8) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mavlink::{Component, Version};
+    use crate::mavlink::Version;
 
     fn header(id: u32, system: u8, component: u8) -> Header {
         let source = Component::new(system, component);
@@ -144,6 +149,15 @@ mod tests {
         let filter = Filter::new(&FilterLists { block_messages, ..FilterLists::default() });
         let passes = [0, 27, 12_000, 12_001].map(|id| filter.permits(&header(id, 1, 1)));
         assert_eq!(passes, [true, false, false, true]);
+    }
+
+    #[test]
+    fn one_message_of_one_component_is_blocked() {
+        let block_single = Some((MessageId(0), Component::new(1, 191)));
+        let filter = Filter::new(&FilterLists { block_single, ..FilterLists::default() });
+        let passes = [(0, 1, 191), (4, 1, 191), (0, 1, 1), (0, 2, 191)]
+            .map(|(id, system, component)| filter.permits(&header(id, system, component)));
+        assert_eq!(passes, [false, true, true, true]);
     }
 
     #[test]

@@ -16,7 +16,7 @@ use crate::mavlink::{CheckedFrame, Component, FrameBuffer, SIGNATURE, Version};
 impl Gate {
     /// Why a frame that came would not be let in; if it is signed, with a good signature.
     fn foresee_in(&self, frame: &CheckedFrame<'_>, now: Time) -> Option<DropReason> {
-        if let Some(reason) = self.foresee_keeping_out(now) {
+        if let Some(reason) = self.foresee_keeping_out(frame.header.id, now) {
             return Some(reason);
         }
         let is_named =
@@ -48,8 +48,10 @@ impl Port {
 
     /// Whether a frame that came would be taken only if its signature is good.
     pub(super) fn looks_at_signature(&self, frame: &CheckedFrame<'_>, now: Time) -> bool {
-        let looks =
-            |gate: &Gate| gate.options.verify.is_some() && gate.foresee_keeping_out(now).is_none();
+        let looks = |gate: &Gate| {
+            gate.options.verify.is_some()
+                && gate.foresee_keeping_out(frame.header.id, now).is_none()
+        };
         frame.header.signed && self.gate.as_deref().is_some_and(looks)
     }
 

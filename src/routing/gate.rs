@@ -15,7 +15,7 @@ use super::queue::Precedence;
 use super::router::{Router, push_event};
 use super::signing::{HeardId, Signing, SigningClock};
 use super::time::Time;
-use crate::mavlink::{CheckedFrame, FrameBuffer, Refusal, Version};
+use crate::mavlink::{CheckedFrame, FrameBuffer, MessageId, Refusal, Version};
 
 /// The gate of one link.
 #[derive(Debug)]
@@ -76,13 +76,13 @@ impl Gate {
         self.remap(&frame, remapped)
     }
 
-    /// Why a frame that came is kept out whatever it is, if so.
-    fn keeps_out(&mut self, now: Time) -> Option<DropReason> {
-        if self.options.is_readonly {
-            return Some(DropReason::ReadOnly);
-        }
-        let is_flooded = self.options.max_rate.is_some_and(|rate| !self.bucket.permit(rate, now));
-        is_flooded.then_some(DropReason::MaxRate)
+    /// Why a frame that came is kept out whatever it says, if so.
+    fn keeps_out(&mut self, id: MessageId, now: Time) -> Option<DropReason> {
+        // The original is changed by it: something came.
+        let mut bucket = self.bucket;
+        let reason = self.refusal(id, &mut bucket, now);
+        self.bucket = bucket;
+        reason
     }
 
     /// A frame whose signature is right, if it must be.
@@ -109,13 +109,21 @@ impl Gate {
     }
 
     /// The same of a frame that is only asked about: the bucket is left as it is.
-    pub(super) fn foresee_keeping_out(&self, now: Time) -> Option<DropReason> {
+    pub(super) fn foresee_keeping_out(&self, id: MessageId, now: Time) -> Option<DropReason> {
         let mut bucket = self.bucket;
+        self.refusal(id, &mut bucket, now)
+    }
+
+    fn refusal(&self, id: MessageId, bucket: &mut Bucket, now: Time) -> Option<DropReason> {
         if self.options.is_readonly {
             return Some(DropReason::ReadOnly);
         }
-        let is_flooded = self.options.max_rate.is_some_and(|rate| !bucket.permit(rate, now));
-        is_flooded.then_some(DropReason::MaxRate)
+        if self.options.max_rate.is_some_and(|rate| !bucket.permit(rate, now)) {
+            return Some(DropReason::MaxRate);
+        }
+        let is_blocked =
+            self.options.blocks_stream_requests && id == MessageId::REQUEST_DATA_STREAM;
+        is_blocked.then_some(DropReason::StreamRequest)
     }
 
     /// A frame that was believed, without its signature if that is taken off.
@@ -242,7 +250,7 @@ impl Router {
     ) -> bool {
         let Some(Some(port)) = self.ports.get_mut(link.index()) else { return false };
         let Some(gate) = &mut port.gate else { return false };
-        if let Some(reason) = gate.keeps_out(now) {
+        if let Some(reason) = gate.keeps_out(frame.header.id, now) {
             port.counters[reason] += 1;
             if gate.awaits_proof && reason == DropReason::ReadOnly {
                 self.prove(link, frame, now);
@@ -398,6 +406,10 @@ mod tests {
         assert_eq!(make(none()), None);
         assert_eq!(make(GateOptions { is_readonly: true, ..none() }), Some((false, false)));
         assert_eq!(make(GateOptions { max_rate: Some(50), ..none() }), Some((false, false)));
+        assert_eq!(
+            make(GateOptions { blocks_stream_requests: true, ..none() }),
+            Some((false, false))
+        );
         assert_eq!(make(GateOptions { verify: Some(verify), ..none() }), Some((true, false)));
         assert_eq!(make(GateOptions { sign: Some(sign), ..none() }), Some((false, true)));
         assert_eq!(make(GateOptions { version: Some(Version::V1), ..none() }), Some((false, true)));

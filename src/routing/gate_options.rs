@@ -11,6 +11,8 @@ pub struct GateOptions {
     pub is_readonly: bool,
     /// So many frames are taken in a second at most, 1..=1,000,000.
     pub max_rate: Option<u32>,
+    /// REQUEST_DATA_STREAM is not taken from here.
+    pub blocks_stream_requests: bool,
     /// What comes must be signed.
     pub verify: Option<Verify>,
     /// What leaves is signed.

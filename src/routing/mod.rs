@@ -33,6 +33,7 @@ mod route_table;
 mod router;
 mod sequence;
 mod signing;
+mod single;
 mod tallies;
 mod tap;
 mod time;

@@ -28,7 +28,7 @@ pub struct Router {
     /// How many links there have been, in its lowest bits.
     lives: u8,
     pub(super) table: RouteTable,
-    tallies: Tallies,
+    pub(super) tallies: Tallies,
     pub(super) groups: Vec<Group>,
     /// Links that are sent everything by an option of their own.
     pub(super) sniffers: LinkSet,
@@ -187,7 +187,7 @@ impl Router {
     }
 
     #[inline]
-    fn deliver(&mut self, frame: &CheckedFrame<'_>, destinations: LinkSet, now: Time) {
+    pub(super) fn deliver(&mut self, frame: &CheckedFrame<'_>, destinations: LinkSet, now: Time) {
         if self.tap.is_open() {
             return self.deliver_watched(frame, destinations, now);
         }

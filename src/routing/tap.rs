@@ -122,9 +122,20 @@ impl Router {
         frame: &CheckedFrame<'_>,
         now: Time,
     ) -> bool {
+        self.watch(link, frame, now, |router| router.handle_unwatched(link, frame, now))
+    }
+
+    /// Lets `take` take a frame that arrived on `link`, and keeps a copy of it.
+    pub(super) fn watch(
+        &mut self,
+        link: LinkId,
+        frame: &CheckedFrame<'_>,
+        now: Time,
+        take: impl FnOnce(&mut Self) -> bool,
+    ) -> bool {
         let before = self.counters(link).copied().unwrap_or_default();
         (self.tap.sent, self.tap.refused) = (LinkSet::EMPTY, [None; REFUSALS]);
-        let is_taken = self.handle_unwatched(link, frame, now);
+        let is_taken = take(self);
         // It carries a secret key (rule 47), which is nobody's to see.
         if frame.header.id == MessageId::SETUP_SIGNING {
             return is_taken;

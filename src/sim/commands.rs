@@ -1,11 +1,10 @@
 //! What a vehicle does when it is commanded, and what it answers.
 
 use super::messages;
-use super::payload::Payload;
 use super::requests::Command;
 use super::streams::Stream;
 use super::vehicle::Vehicle;
-use crate::mavlink::Component;
+use crate::mavlink::{Component, Payload};
 use crate::routing::Time;
 
 /// MAV_RESULT.

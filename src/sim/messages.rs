@@ -3,8 +3,7 @@
 
 use super::flight::Motion;
 use super::mission::{Item, MissionType};
-use super::payload::Payload;
-use crate::mavlink::Component;
+use crate::mavlink::{Component, Payload};
 
 /// MAV_AUTOPILOT_GENERIC. Who claims to be ArduPilot or PX4 is expected to have their parameters:
 /// QGroundControl tells at length of each that is missing.
@@ -173,20 +172,4 @@ pub(super) fn mission_ack(to: Component, kind: MissionType, result: u8) -> Paylo
 
 pub(super) fn mission_current(seq: u16) -> Payload {
     Payload::new(42, 28, 2).with(0, seq.to_le_bytes())
-}
-
-/// The answer to a TIMESYNC that was sent at `ts1`: our time, in nanoseconds.
-pub(super) fn timesync(tc1: i64, ts1: i64, to: Component) -> Payload {
-    Payload::new(111, 34, 18)
-        .with(0, tc1.to_le_bytes())
-        .with(8, ts1.to_le_bytes())
-        .with(16, [to.system, to.component])
-}
-
-/// The answer to a PING, with what it brought.
-pub(super) fn ping(time_us: u64, seq: u32, to: Component) -> Payload {
-    Payload::new(4, 237, 14)
-        .with(0, time_us.to_le_bytes())
-        .with(8, seq.to_le_bytes())
-        .with(12, [to.system, to.component])
 }

@@ -6,8 +6,7 @@ use std::time::Duration;
 
 use super::flight::Place;
 use super::messages;
-use super::payload::Payload;
-use crate::mavlink::Component;
+use crate::mavlink::{Component, Payload};
 use crate::routing::Time;
 
 /// MAV_MISSION_TYPE.

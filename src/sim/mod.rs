@@ -13,7 +13,6 @@ mod fuzz;
 mod messages;
 mod mission;
 mod parameters;
-mod payload;
 mod requests;
 mod streams;
 mod swarm;

@@ -2,7 +2,7 @@
 
 use super::flight::Habit;
 use super::messages;
-use super::payload::Payload;
+use crate::mavlink::Payload;
 
 /// How many there are.
 pub(super) const COUNT: usize = 12;

@@ -1,8 +1,7 @@
 //! What a vehicle is asked: frames made into values, or not understood.
 
 use super::mission::{Item, MissionType};
-use super::payload::{Fields, Layout};
-use crate::mavlink::{Component, Frame};
+use crate::mavlink::{Component, Fields, Frame, Layout};
 
 /// A request, and whom it is for: system 0 is everybody, component 0 all of a system (rule 36).
 #[derive(Clone, Copy, Debug)]

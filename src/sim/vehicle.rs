@@ -6,10 +6,9 @@ use super::flight::{Circle, Habit, Motion, Place, VehicleKind};
 use super::messages::{self, Heartbeat};
 use super::mission::Mission;
 use super::parameters::Parameters;
-use super::payload::Payload;
 use super::requests::Request;
 use super::streams::{Schedule, Stream};
-use crate::mavlink::Component;
+use crate::mavlink::{Component, Payload, Timing};
 use crate::routing::Time;
 
 /// MAV_COMP_ID_AUTOPILOT1.
@@ -88,11 +87,11 @@ impl Vehicle {
     /// Answers what is asked of this component.
     pub(super) fn handle(&mut self, from: Component, request: &Request, now: Time) {
         match *request {
-            Request::Ping { time_us, seq } => self.reply(messages::ping(time_us, seq, from)),
+            Request::Ping { time_us, seq } => self.reply(Timing::ping(time_us, seq, from)),
             Request::Timesync { ts1 } => {
                 // Microseconds since the start: an i64 holds them for 292 years in nanoseconds.
                 let tc1 = now.as_micros().saturating_mul(1_000) as i64;
-                self.reply(messages::timesync(tc1, ts1, from));
+                self.reply(Timing::timesync(tc1, ts1, from));
             }
             Request::SetMode { base, custom } => self.set_mode(base, custom),
             Request::ParamList => self.parameters.ask_all(),

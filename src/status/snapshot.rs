@@ -114,6 +114,13 @@ pub struct LinkStatus {
     pub pace: Option<u64>,
     /// The loss from the other side, in per cent of late, where it can be told (rule 51).
     pub loss_percent: Option<f64>,
+    /// How long a question to whoever is there takes with its answer, of late, in milliseconds; if
+    /// that is measured (`system`), and somebody answers.
+    #[serde(default)]
+    pub round_trip_ms: Option<f64>,
+    /// The same for the last one.
+    #[serde(default)]
+    pub last_round_trip_ms: Option<f64>,
 }
 
 /// Counts of a link, or of several together.

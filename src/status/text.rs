@@ -25,6 +25,7 @@ const LINKS: &[&str] = &[
     " AGE",
     " PACE",
     " LOSS",
+    " ROUND TRIP",
     "REFUSED AND DAMAGED",
 ];
 const COMPONENTS: &[&str] = &["COMPONENT", "WHAT", "ARMED", "ON", " HEARD", " FRAMES/s", " LOSS"];
@@ -118,8 +119,17 @@ fn link_row(endpoint: &str, link: &LinkStatus, (taken, sent): (Rate, Rate)) -> V
         format!("{} ms", link.queue.age_ms),
         link.pace.map_or_else(|| "-".to_owned(), |pace| format!("{pace} B/s")),
         link.loss_percent.map_or_else(|| "-".to_owned(), percent),
+        round_trip(link),
         trouble(&link.counters),
     ]
+}
+
+/// Of late, and the last one.
+fn round_trip(link: &LinkStatus) -> String {
+    match (link.round_trip_ms, link.last_round_trip_ms) {
+        (Some(smoothed), Some(last)) => format!("{smoothed:.1} ({last:.1}) ms"),
+        _ => "-".to_owned(),
+    }
 }
 
 /// What was refused, and what came damaged.
@@ -256,7 +266,13 @@ mod tests {
             refused: [("queue_full".to_owned(), 7)].into(),
             ..Counters::default()
         };
-        let link = LinkStatus { peer: "10.0.0.2:14550".into(), counters, ..Default::default() };
+        let link = LinkStatus {
+            peer: "10.0.0.2:14550".into(),
+            counters,
+            round_trip_ms: Some(12.34),
+            last_round_trip_ms: Some(11.0),
+            ..Default::default()
+        };
         let up = EndpointStatus {
             name: "gcs".into(),
             address: "udpin:0.0.0.0:14550".into(),
@@ -296,6 +312,7 @@ mod tests {
             "10.0.0.2:14550",
             "25.0",
             "queue_full 7, bad_crc 3",
+            "12.3 (11.0) ms",
             "quadrotor, ArduPilot, active",
             "10.0 %",
             "ATTITUDE",

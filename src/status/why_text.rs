@@ -170,6 +170,10 @@ fn words(reason: &str) -> (&str, &str) {
             "too many frames come from there in a second (max_rate)",
             "raise `max_rate`, or find out who floods: `mavswitch listen from=NAME`",
         ),
+        "stream_request" => (
+            "it asks for telemetry, which nobody there may do (block_stream_requests)",
+            "leave out `block_stream_requests`, or set `request_streams` where the vehicle is",
+        ),
         "unsigned" => (
             "it is not signed, and `verify` asks for that",
             "switch signing on there with the same key, or name the message in allow_unsigned",

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-use super::table::{View, rows};
+use super::table::{Column, View, rows};
 use super::trace::Trace;
 use crate::status::{ComponentStatus, Counters, Snapshot};
 
@@ -70,6 +70,13 @@ impl App {
     /// The newest.
     pub(super) fn snapshot(&self) -> Option<&Snapshot> {
         self.snapshot.as_ref()
+    }
+
+    /// The columns of the view that is looked at.
+    pub(super) fn columns(&self) -> &'static [Column] {
+        let endpoints = self.snapshot.iter().flat_map(|it| &it.endpoints);
+        let mut links = endpoints.flat_map(|endpoint| &endpoint.links);
+        self.view.columns(links.any(|link| link.round_trip_ms.is_some()))
     }
 
     /// How a figure went.
@@ -162,7 +169,7 @@ impl App {
         self.is_reversed = false;
         self.sort = match self.sort {
             None => Some(0),
-            Some(column) if column + 1 < self.view.columns().len() => Some(column + 1),
+            Some(column) if column + 1 < self.columns().len() => Some(column + 1),
             Some(_) => None,
         };
     }

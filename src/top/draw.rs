@@ -30,6 +30,7 @@ q, Ctrl-C     quit
 IN, OUT   as the router sees it: what came from the link, what was queued for it
 QUEUE     how full it is, and how long its oldest frame waits
 LOSS      frames lost on the way to us, by their sequence numbers
+RTT ms    how long a question to the other side and its answer take
 REF/s     frames refused: queue full, filter, limit, copy, loop";
 
 /// Draws everything.
@@ -109,7 +110,7 @@ fn views(app: &App) -> Line<'static> {
 }
 
 fn draw_table(app: &App, frame: &mut Frame<'_>, area: Rect) {
-    let columns = app.view.columns();
+    let columns = app.columns();
     let least: u16 = columns.iter().map(|column| column.width + 1).sum();
     let has_bars = area.width >= least + BARS;
     let mut widths: Vec<Constraint> = columns.iter().map(width).collect();
@@ -145,7 +146,7 @@ fn title(app: &App, place: usize, column: &table::Column) -> Cell<'static> {
 }
 
 fn line(app: &App, row: table::Row, has_bars: bool) -> Row<'static> {
-    let figures = app.view.columns().iter().map(|column| column.is_figure);
+    let figures = app.columns().iter().map(|column| column.is_figure);
     let mut cells: Vec<Cell<'_>> = row
         .cells
         .into_iter()

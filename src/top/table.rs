@@ -76,9 +76,10 @@ impl View {
         }
     }
 
-    /// Its columns; those of text get what room is left over.
-    pub(super) fn columns(self) -> &'static [Column] {
-        const LINKS: [Column; 9] = [
+    /// Its columns; those of text get what room is left over. The round trip, which is the last one
+    /// of links, is left out where it is not measured.
+    pub(super) fn columns(self, has_round_trips: bool) -> &'static [Column] {
+        const LINKS: [Column; 10] = [
             text("ENDPOINT", 10),
             text("LINK", 16),
             figure("IN/s", 5),
@@ -88,6 +89,7 @@ impl View {
             figure("QUEUE", 9),
             figure("LOSS", 5),
             figure("REF/s", 5),
+            figure("RTT ms", 6),
         ];
         const COMPONENTS: [Column; 7] = [
             text("ID", 7),
@@ -107,7 +109,8 @@ impl View {
             figure("FRAMES", 9),
         ];
         match self {
-            Self::Links => &LINKS,
+            Self::Links if has_round_trips => &LINKS,
+            Self::Links => &LINKS[..LINKS.len() - 1],
             Self::Components => &COMPONENTS,
             Self::Messages => &MESSAGES,
         }
@@ -135,7 +138,7 @@ pub(super) fn rows(app: &App) -> Vec<Row> {
     if let Some(column) = app.sort {
         rows.sort_by(|a, b| compare(&a.cells[column], &b.cells[column]));
         // Figures are wanted from the largest on.
-        if app.view.columns()[column].is_figure != app.is_reversed {
+        if app.view.columns(true)[column].is_figure != app.is_reversed {
             rows.reverse();
         }
     } else if app.is_reversed {
@@ -176,7 +179,7 @@ fn endpoint(app: &App, endpoint: &EndpointStatus) -> Vec<Row> {
         EndpointState::Disabled => ("disabled", Tone::Dim),
     };
     let mut cells = vec![words(endpoint.name.as_str()), words(state)];
-    cells.extend((2..View::Links.columns().len()).map(|_| value(-1.0, String::new())));
+    cells.extend((2..View::Links.columns(true).len()).map(|_| value(-1.0, String::new())));
     vec![Row { cells, trace: None, tone }]
 }
 
@@ -207,12 +210,22 @@ fn link(app: &App, endpoint: &EndpointStatus, link: &LinkStatus) -> Row {
         value(share, waits),
         value(loss.unwrap_or(-1.0), loss.map(percent).unwrap_or_default()),
         figure(rates[2]),
+        value(link.round_trip_ms.unwrap_or(-1.0), round_trip(link)),
     ];
     let mut trace = frames_in;
     if trace.rate() < frames_out.rate() {
         trace = frames_out;
     }
     Row { cells, trace: Some(trace), tone }
+}
+
+/// Of late; a second and more without a fraction.
+fn round_trip(link: &LinkStatus) -> String {
+    match link.round_trip_ms {
+        None => "-".to_owned(),
+        Some(ms) if ms < 1_000.0 => format!("{ms:.1}"),
+        Some(ms) => format!("{ms:.0}"),
+    }
 }
 
 fn component(app: &App, it: &ComponentStatus) -> Row {

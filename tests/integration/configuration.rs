@@ -56,7 +56,8 @@ fn a_file_can_be_all_there_is() {
 fn the_command_line_overrides_the_file() {
     let dir = TempDir::new();
     let general = "learn = \"heartbeat\"\nstrict = true\nroute_age = 5\nsniffer = 3\n\
-        dialect = [\"x.xml\"]\nlog_format = \"json\"\nlog_level = \"error\"\n";
+        dialect = [\"x.xml\"]\nlog_format = \"json\"\nlog_level = \"error\"\n\
+        system = 1\ncomponent = 192\n";
     let file = dir.write("a.toml", general);
     let with = |flags: &[&str]| stdout(&run(&[&["config", "-c", text(&file)], flags].concat()));
     let unchanged = with(&[]);
@@ -65,10 +66,11 @@ fn the_command_line_overrides_the_file() {
     let (unchanged, records) = unchanged.split_once("record_telemetry").unwrap();
     assert_eq!(unchanged, general.replace("x.xml", text(&dialect)));
     let flags = ["--learn=all", "--strict=false", "--route-age=0", "--sniffer=4", "-v"];
-    let more = ["--dialect=/y.xml", "--log-format=plain"];
+    let more = ["--dialect=/y.xml", "--log-format=plain", "--system=7", "--component=25"];
     let changed = with(&[&flags[..], &more[..]].concat());
     let expected = "learn = \"all\"\nstrict = false\nroute_age = 0\nsniffer = 4\n\
-        dialect = [\"/y.xml\"]\nlog_format = \"plain\"\nlog_level = \"debug\"\n";
+        dialect = [\"/y.xml\"]\nlog_format = \"plain\"\nlog_level = \"debug\"\n\
+        system = 7\ncomponent = 25\n";
     assert_eq!(changed, format!("{expected}record_telemetry{records}"));
 }
 

@@ -28,6 +28,7 @@ mod metrics;
 mod options;
 mod overload;
 mod overloaded_line;
+mod own;
 mod program;
 mod record;
 mod reload;

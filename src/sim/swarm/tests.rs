@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use super::*;
+use crate::mavlink::Fields;
 use crate::mavlink::{FrameSpec, MessageId, Version, encode};
-use crate::sim::payload::Fields;
 
 const GCS: Component = Component::new(255, 190);
 const VEHICLE: Component = Component::new(1, 1);

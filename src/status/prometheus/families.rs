@@ -86,7 +86,11 @@ impl Picture {
         let help = "The worst loss of late among the links of an endpoint, 0 to 1, if it is known";
         let each = self.endpoints();
         let each = each.filter_map(|(name, it, _)| Some((endpoint(name), worst_loss(it)?)));
-        gauges(encoder, &Family("loss_ratio", None, help), each)
+        gauges(encoder, &Family("loss_ratio", None, help), each)?;
+        let help = "The longest round trip of late among the links of an endpoint, if it is known";
+        let each = self.endpoints();
+        let each = each.filter_map(|(name, it, _)| Some((endpoint(name), longest_trip(it)?)));
+        gauges(encoder, &Family("round_trip", Some(Unit::Seconds), help), each)
     }
 
     fn component_counters(&self, encoder: &mut DescriptorEncoder<'_>) -> Result<(), Error> {
@@ -230,6 +234,11 @@ fn total(endpoint: &EndpointStatus) -> Counters {
 fn worst_loss(endpoint: &EndpointStatus) -> Option<f64> {
     let losses = endpoint.links.iter().filter_map(|link| link.loss_percent);
     losses.max_by(f64::total_cmp).map(|percent| percent / 100.0)
+}
+
+fn longest_trip(endpoint: &EndpointStatus) -> Option<f64> {
+    let trips = endpoint.links.iter().filter_map(|link| link.round_trip_ms);
+    trips.max_by(f64::total_cmp).map(|ms| ms / 1e3)
 }
 
 fn armed_value(component: &ComponentStatus) -> Option<u64> {

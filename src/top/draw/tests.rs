@@ -134,6 +134,22 @@ fn links_are_shown_with_their_rates_on_the_smallest_terminal() {
 }
 
 #[test]
+fn the_round_trip_has_a_column_where_it_is_measured() {
+    let mut app = running();
+    assert!(!screen(&app, 80, 24)[4].contains("RTT"));
+    let mut measured = snapshot(20);
+    measured.endpoints[0].links[0].round_trip_ms = Some(12.34);
+    app.handle_snapshot(measured);
+    assert!(screen(&app, 80, 24)[4].contains("RTT ms"));
+    assert!(line(&app, "fc").ends_with(" 12.3"));
+    assert!(line(&app, "radio").ends_with(" -"));
+    // Sorted by a column that goes away.
+    press(&mut app, "ssssssssss");
+    app.handle_snapshot(snapshot(21));
+    assert!(line(&app, "fc").ends_with(" 0"));
+}
+
+#[test]
 fn a_wide_terminal_has_curves() {
     let lines = screen(&running(), 120, 24);
     assert!(lines[4].contains("LAST MINUTE"), "{}", lines[4]);
