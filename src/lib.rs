@@ -30,4 +30,6 @@ pub mod record;
 pub mod routing;
 pub mod sim;
 pub mod status;
+#[cfg(test)]
+mod test_dir;
 pub mod top;

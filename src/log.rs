@@ -4,9 +4,10 @@
 //! line opens with its priority as sd-daemon(3) has it, and carries no time.
 
 use std::fmt;
-use std::io::{self, IsTerminal};
+use std::io::{self, IsTerminal, Write};
 
 use mavswitch::config::{General, LogFormat, LogLevel};
+use mavswitch::record::{beside_bars, hide_bars, show_bars};
 use tracing::level_filters::LevelFilter;
 use tracing::{Event, Subscriber};
 use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
@@ -50,7 +51,7 @@ impl Log {
         let (writer, guard) = NonBlockingBuilder::default()
             .lossy(true)
             .buffered_lines_limit(LINES)
-            .finish(io::stderr());
+            .finish(BesideBars);
         let (filter, level) = reload::Layer::new(level_filter(general.log_level));
         let layer = tracing_subscriber::fmt::layer()
             .with_target(false)
@@ -59,6 +60,9 @@ impl Log {
             .log_internal_errors(false)
             .with_writer(writer);
         let format = resolved(general.log_format);
+        if io::stderr().is_terminal() && is_for_people(format) {
+            show_bars();
+        }
         let registry = tracing_subscriber::registry().with(filter);
         match format {
             LogFormat::Auto | LogFormat::Text => registry.with(layer).init(),
@@ -76,7 +80,31 @@ impl Log {
 
     /// Whether programs read it: then the reason why the program ends is one more event.
     pub(crate) fn is_for_programs(&self) -> bool {
-        matches!(self.format, LogFormat::Json | LogFormat::Journal)
+        !is_for_people(self.format)
+    }
+}
+
+impl Drop for Log {
+    fn drop(&mut self) {
+        // The last lines stand below all others.
+        hide_bars();
+    }
+}
+
+fn is_for_people(format: LogFormat) -> bool {
+    !matches!(format, LogFormat::Json | LogFormat::Journal)
+}
+
+/// Standard error, without the bars of replays in the way of a line.
+struct BesideBars;
+
+impl Write for BesideBars {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        beside_bars(|| io::stderr().write(bytes))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stderr().flush()
     }
 }
 

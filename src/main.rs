@@ -19,8 +19,9 @@ use mavswitch::cli::{
     RouterdCli, config_files,
 };
 use mavswitch::config::{
-    CONFIG_DIR, Config, ConfigError, LogLevel, ROUTERD_DIR, RouterdArguments, RouterdFiles,
-    import_routerd, load_config, load_dialect, load_keys, load_spare_keys, write_rows,
+    Address, CONFIG_DIR, Config, ConfigError, LogLevel, ROUTERD_DIR, RouterdArguments,
+    RouterdFiles, import_routerd, load_config, load_dialect, load_keys, load_spare_keys,
+    write_rows,
 };
 use mavswitch::daemon::{DaemonConfig, Host, run};
 use mavswitch::link::list_ports;
@@ -230,6 +231,11 @@ fn print_config(cli: &Cli) -> Result<(), Box<dyn Error>> {
     }
     for key in &mut config.general.keys {
         key.path = path::absolute(&key.path)?;
+    }
+    for endpoint in &mut config.endpoints {
+        if let Address::Tlog(file) = &mut endpoint.config.address {
+            *file = path::absolute(&*file)?;
+        }
     }
     print(config.to_string().as_bytes())
 }

@@ -1218,7 +1218,7 @@ _mavswitch() {
             return 0
             ;;
         mavswitch__subcmd__log__subcmd__filter)
-            opts="-o -v -q -h --allow-messages --block-messages --allow-systems --block-systems --allow-components --block-components --from --to --output --verbose --quiet --log-format --help"
+            opts="-o -v -q -h --allow-messages --block-messages --allow-systems --block-systems --allow-components --block-components --dialect --from --to --output --verbose --quiet --log-format --help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -1245,6 +1245,10 @@ _mavswitch() {
                     return 0
                     ;;
                 --block-components)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --dialect)
                     COMPREPLY=($(compgen -f "${cur}"))
                     return 0
                     ;;
@@ -1360,12 +1364,16 @@ _mavswitch() {
             return 0
             ;;
         mavswitch__subcmd__log__subcmd__info)
-            opts="-v -q -h --verbose --quiet --log-format --help"
+            opts="-v -q -h --dialect --verbose --quiet --log-format --help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
             fi
             case "${prev}" in
+                --dialect)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
                 --log-format)
                     COMPREPLY=($(compgen -W "auto text json journal plain" -- "${cur}"))
                     return 0

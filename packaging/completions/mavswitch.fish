@@ -128,6 +128,7 @@ complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -f -a "merge" -d 'Make one log of several, in the order of their times'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -f -a "filter" -d 'Make a log of some messages, systems or components of one'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and not __fish_seen_subcommand_from info cut merge filter help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from info" -l dialect -d 'Know the messages of this XML definition file too; may be repeated' -r -F
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from info" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
 text\t'One line of text for each event, with the time'
 json\t'One JSON object for each event'
@@ -162,6 +163,7 @@ complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l block-systems -d 'Not what these systems sent' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l allow-components -d 'Only what components with these ids sent' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l block-components -d 'Not what components with these ids sent' -r
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l dialect -d 'Know the messages of this XML definition file too; may be repeated' -r -F
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l from -d 'Leave out what is before: 90 or 1m30s after the start, or 2026-11-22T10:30:00 (UTC)' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -l to -d 'Leave out what is from then on' -r
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand log; and __fish_seen_subcommand_from filter" -s o -l output -d 'The new log' -r -F

@@ -178,16 +178,26 @@ impl EndpointCommand {
     pub fn run(&self) -> Result<String, AskError> {
         let (ask, request) = match self {
             Self::Add { endpoint, ask } => {
-                (ask, Request::EndpointAdd { endpoint: endpoint.clone() })
+                (ask, Request::EndpointAdd { endpoint: as_seen_from_here(endpoint) })
             }
             Self::Change { endpoint, ask } => {
-                (ask, Request::EndpointChange { endpoint: endpoint.clone() })
+                (ask, Request::EndpointChange { endpoint: as_seen_from_here(endpoint) })
             }
             Self::Remove { name, ask } => (ask, Request::EndpointRemove { name: name.clone() }),
             Self::Enable { name, ask } => (ask, Request::EndpointEnable { name: name.clone() }),
             Self::Disable { name, ask } => (ask, Request::EndpointDisable { name: name.clone() }),
         };
         ask.tell(request)
+    }
+}
+
+/// An endpoint whose file, if it has one, is found by a daemon that works in another directory.
+fn as_seen_from_here(endpoint: &str) -> String {
+    match (endpoint.strip_prefix("tlog:"), env::current_dir()) {
+        (Some(file), Ok(here)) if !file.starts_with('/') => {
+            format!("tlog:{}/{file}", here.display())
+        }
+        _ => endpoint.to_owned(),
     }
 }
 

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use crate::config::{MessageRef, ids, messages};
-use crate::mavlink::{Dialect, MessageId};
+use crate::config::{DialectFileError, MessageRef, ids, load_dialect, messages};
+use crate::mavlink::{Dialect, MessageId, TooManyDefinitions};
 use crate::record::tools::{Copied, ToolError, filter, info, merge};
 use crate::record::{Moment, Selection};
 use crate::routing::FilterLists;
@@ -19,6 +19,9 @@ pub enum LogCommand {
         /// A telemetry log
         #[arg(value_name = "FILE")]
         file: PathBuf,
+        /// What messages are called
+        #[command(flatten)]
+        names: Names,
     },
     /// Make a log of a part of one
     Cut {
@@ -49,6 +52,9 @@ pub enum LogCommand {
         /// What passes
         #[command(flatten)]
         lists: Box<Lists>,
+        /// What messages are called
+        #[command(flatten)]
+        names: Names,
         /// Which part
         #[command(flatten)]
         part: Part,
@@ -67,6 +73,14 @@ pub struct Part {
     /// Leave out what is from then on
     #[arg(long, value_name = "TIME")]
     pub to: Option<Moment>,
+}
+
+/// What messages are called that not everybody has.
+#[derive(Args, Clone, Debug)]
+pub struct Names {
+    /// Know the messages of this XML definition file too; may be repeated
+    #[arg(long, value_name = "FILE.xml")]
+    pub dialect: Vec<PathBuf>,
 }
 
 /// What passes, as the filters of endpoints have it.
@@ -98,6 +112,12 @@ pub enum LogError {
     /// The tool says why.
     #[error(transparent)]
     Tool(#[from] ToolError),
+    /// A definition file cannot be read.
+    #[error(transparent)]
+    Dialect(#[from] DialectFileError),
+    /// Definition files contradict each other.
+    #[error("{0}")]
+    Names(TooManyDefinitions),
     /// A list of the filter is wrong.
     #[error("--{0} {1}: {2}")]
     List(&'static str, String, &'static str),
@@ -114,7 +134,10 @@ impl LogCommand {
     /// If a list is wrong, or a file cannot be read or written.
     pub fn run(&self) -> Result<String, LogError> {
         let copied = match self {
-            Self::Info { file } => return Ok(info(file)?.to_string()),
+            Self::Info { file, names } => {
+                let dialect = names.load()?;
+                return Ok(info(file)?.told(&dialect).to_string());
+            }
             Self::Cut { file, part, output } => {
                 filter(file, output, &mut part.select(&FilterLists::default()))?
             }
@@ -122,8 +145,9 @@ impl LogCommand {
                 let files: Vec<_> = files.iter().map(PathBuf::as_path).collect();
                 merge(&files, output)?
             }
-            Self::Filter { file, lists, part, output } => {
-                filter(file, output, &mut part.select(&lists.read()?))?
+            Self::Filter { file, lists, names, part, output } => {
+                let lists = lists.read(&names.load()?)?;
+                filter(file, output, &mut part.select(&lists))?
             }
         };
         Ok(told(copied))
@@ -145,11 +169,20 @@ impl Part {
     }
 }
 
+impl Names {
+    fn load(&self) -> Result<Dialect, LogError> {
+        let mut dialect = Dialect::builtin();
+        for file in &self.dialect {
+            dialect.add(load_dialect(file)?).map_err(LogError::Names)?;
+        }
+        Ok(dialect)
+    }
+}
+
 impl Lists {
-    fn read(&self) -> Result<FilterLists, LogError> {
-        let dialect = Dialect::builtin();
+    fn read(&self, dialect: &Dialect) -> Result<FilterLists, LogError> {
         let message_ids =
-            |name, list: &Option<String>| read_messages(name, list.as_deref(), &dialect);
+            |name, list: &Option<String>| read_messages(name, list.as_deref(), dialect);
         Ok(FilterLists {
             allow_messages: message_ids("allow-messages", &self.allow_messages)?,
             block_messages: message_ids("block-messages", &self.block_messages)?,

@@ -198,7 +198,7 @@ pub fn fuzz_key(data: &[u8]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::test_dir::TempDir;
+    use crate::test_dir::TestDir;
 
     const RAW: [u8; 32] = [0xa5; 32];
 
@@ -253,8 +253,8 @@ mod tests {
 
     #[test]
     fn a_key_that_others_may_read_is_refused() {
-        let dir = TempDir::new("keys");
-        let path = dir.write("radio.key", &"a5".repeat(32));
+        let dir = TestDir::new();
+        let path = dir.write("radio.key", "a5".repeat(32));
         let files = [KeyFile { name: "radio".into(), path: path.clone(), key: None }];
         for mode in [0o644, 0o640, 0o604, 0o620] {
             fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
@@ -271,10 +271,10 @@ mod tests {
 
     #[test]
     fn a_key_that_the_service_manager_hands_over_is_read_from_there() {
-        let (dir, credentials) = (TempDir::new("root-keys"), TempDir::new("credentials"));
+        let (dir, credentials) = (TestDir::new(), TestDir::new());
         let radio = |path| KeyFile { name: "radio".into(), path, key: None };
         let file = radio(dir.write("radio.key", "only root can read this"));
-        let given = credentials.write("radio.key", &"a5".repeat(32));
+        let given = credentials.write("radio.key", "a5".repeat(32));
         let within = given.parent();
         for mode in [0o400, 0o440, 0o600] {
             fs::set_permissions(&given, fs::Permissions::from_mode(mode)).unwrap();
@@ -287,7 +287,7 @@ mod tests {
             assert!(matches!(error, KeyError::Open(..)), "{error}");
         }
         // Credentials of other names are no matter to it.
-        let other = radio(dir.write("other.key", &"a5".repeat(32)));
+        let other = radio(dir.write("other.key", "a5".repeat(32)));
         fs::set_permissions(&other.path, fs::Permissions::from_mode(0o440)).unwrap();
         let error = read_key_or_credential(&other, within).unwrap_err();
         assert!(matches!(error, KeyError::Open(..)), "{error}");
@@ -295,9 +295,9 @@ mod tests {
 
     #[test]
     fn spare_keys_are_read_as_far_as_they_can_be() {
-        let dir = TempDir::new("spare-keys");
+        let dir = TestDir::new();
         let file = |name: &str, mode| {
-            let path = dir.write(name, &"a5".repeat(32));
+            let path = dir.write(name, "a5".repeat(32));
             fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
             KeyFile { name: name.to_owned(), path, key: None }
         };

@@ -190,7 +190,10 @@ impl Reader<'_> {
         };
         let place = self.source.place(&value.span());
         match read_address(text, &place) {
-            Ok((address, settings)) => {
+            Ok((mut address, settings)) => {
+                if let Address::Tlog(file) = &mut address {
+                    *file = self.source.resolve(file);
+                }
                 to.address = Some(PlacedAddress { address, place });
                 to.settings = settings;
             }

@@ -34,8 +34,6 @@ mod record;
 mod shape;
 mod source;
 mod suggest;
-#[cfg(test)]
-mod test_dir;
 mod value;
 mod write;
 

@@ -18,6 +18,7 @@ use super::links::Output;
 use super::log_limit::LogLimit;
 use super::notify::Notifier;
 use super::own::Own;
+use super::record::Collecting;
 use super::reload::{Host, Reloader};
 use super::settings::settle;
 use super::signals::Signals;
@@ -88,7 +89,7 @@ pub(super) struct Daemon {
     /// Copies what is received to files, if it is to.
     pub(super) recorder: Option<Recorder>,
     /// The part of the program that takes flight-stack logs, if they are wanted.
-    pub(super) collector: Option<EndpointId>,
+    pub(super) collector: Option<Collecting>,
     pub(super) own: Own,
 }
 
@@ -218,6 +219,7 @@ impl Daemon {
         }
         info!("stopping");
         self.notifier.handle_stopping();
+        self.leave_vehicles();
         self.drain(&mut events)?;
         self.report_links();
         self.end_signing_time();

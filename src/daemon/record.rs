@@ -5,15 +5,23 @@ use std::time::{Duration, SystemTime};
 
 use tracing::{info, warn};
 
+use super::endpoint::State;
 use super::endpoint_table::EndpointId;
 use super::event_loop::Daemon;
 use super::open::OpenError;
 use crate::config::{Address, EndpointOptions, FlightLog, RecordOptions};
-use crate::record::{self, Collector, Recorder, Replay, ReplayOptions};
-use crate::status::{RecordState, RecordStatus};
+use crate::record::{self, Collector, FlightProgress, Phase, Recorder, Replay, ReplayOptions};
+use crate::status::{FlightLogState, FlightLogStatus, RecordState, RecordStatus};
 
 /// How long the writer may take at the end for what waits: a card that hangs keeps nobody.
 const CLOSING: Duration = Duration::from_secs(2);
+
+/// The part of the program that takes flight-stack logs, and the endpoint that it has.
+#[derive(Debug)]
+pub(super) struct Collecting {
+    collector: Collector,
+    endpoint: EndpointId,
+}
 
 impl Daemon {
     /// Begins to record, if that is configured.
@@ -39,10 +47,19 @@ impl Daemon {
         }
         let collector = Collector::new(options, recorder.flight_feed());
         let endpoint = EndpointOptions::default();
-        let peer = Box::new(collector);
-        self.collector = self.add_internal("flight-logs", endpoint, &Collector::HEARS, peer);
-        if self.collector.is_none() {
-            warn!("cannot record flight-stack logs: there are too many links");
+        let peer = Box::new(collector.clone());
+        match self.add_internal("flight-logs", endpoint, &Collector::HEARS, peer) {
+            Some(endpoint) => self.collector = Some(Collecting { collector, endpoint }),
+            None => warn!("cannot record flight-stack logs: there are too many links"),
+        }
+    }
+
+    /// Has vehicles stop sending their logs: nobody will take them any more.
+    pub(super) fn leave_vehicles(&mut self) {
+        let Some(collecting) = &self.collector else { return };
+        collecting.collector.leave(self.now);
+        if let State::Up(link) = self.io.endpoints[collecting.endpoint].state {
+            self.receive_local(link);
         }
     }
 
@@ -53,8 +70,9 @@ impl Daemon {
 
     /// The same, but the writer is waited for no longer than that.
     fn end_recorder(&mut self, patience: Duration) {
-        if let Some(collector) = self.collector.take() {
-            self.remove_endpoint(collector, "recording has ended");
+        self.leave_vehicles();
+        if let Some(Collecting { endpoint, .. }) = self.collector.take() {
+            self.remove_endpoint(endpoint, "recording has ended");
         }
         if let Some(recorder) = self.recorder.take() {
             recorder.stop(patience);
@@ -84,14 +102,36 @@ impl Daemon {
                 record::RecordState::Recording => RecordState::Recording,
                 record::RecordState::Failing => RecordState::Failing,
             },
+            reason: recorder.reason().map(str::to_owned),
             file: status.file.as_ref().map(name),
-            flight_files: status.flight_files.iter().map(name).collect(),
+            file_bytes: status.file_bytes,
+            flight_files: status.flight_files.iter().map(|(_, path)| name(path)).collect(),
             frames: status.frames,
             bytes: status.bytes,
             files: status.files,
             lost: status.lost,
+            flight_logs: self.flight_logs(&status.flight_files),
             error: status.error,
         })
+    }
+
+    /// How the log of each vehicle is getting on, of which the writer has these files open.
+    fn flight_logs(&self, files: &[(u8, PathBuf)]) -> Vec<FlightLogStatus> {
+        let Some(Collecting { collector, .. }) = &self.collector else { return Vec::new() };
+        let file_of = |slot: u8| files.iter().find(|file| file.0 == slot);
+        let status = |it: FlightProgress| FlightLogStatus {
+            system: it.system,
+            state: match it.phase {
+                Phase::Idle => FlightLogState::Idle,
+                Phase::Asking => FlightLogState::Asking,
+                Phase::Running => FlightLogState::Running,
+                Phase::Stopping => FlightLogState::Stopping,
+            },
+            file: file_of(it.slot).map(|(_, path)| path.display().to_string()),
+            bytes: it.bytes,
+            missing: it.missing,
+        };
+        collector.progress().into_iter().map(status).collect()
     }
 
     /// Begins to play back a log.

@@ -150,23 +150,11 @@ impl<T: PartialEq> Recent<T> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::encode::{FrameSpec, encode};
-    use super::super::frame::Version;
+    use super::super::encode::FrameSpec;
     use super::*;
 
     fn frame(id: u32, crc_extra: u8, source: Component) -> Vec<u8> {
-        let mut out = Vec::new();
-        let spec = FrameSpec {
-            version: Version::V2,
-            seq: 0,
-            source,
-            id: MessageId(id),
-            crc_extra,
-            payload: &[1, 2, 3],
-            signature: None,
-        };
-        encode(&spec, &mut out);
-        out
+        FrameSpec::new(source, MessageId(id), crc_extra, &[1, 2, 3]).to_frame()
     }
 
     /// Judges a frame as the splitter does, remembering what is worth it.

@@ -23,6 +23,25 @@ pub struct FrameSpec<'a> {
     pub signature: Option<[u8; 13]>,
 }
 
+impl<'a> FrameSpec<'a> {
+    /// A MAVLink 2 frame without a signature, the first of its sender.
+    pub fn new(source: Component, id: MessageId, crc_extra: u8, payload: &'a [u8]) -> Self {
+        let (version, seq, signature) = (Version::V2, 0, None);
+        Self { version, seq, source, id, crc_extra, payload, signature }
+    }
+
+    /// The frame by itself.
+    ///
+    /// # Panics
+    ///
+    /// As [`encode`].
+    pub fn to_frame(&self) -> Vec<u8> {
+        let mut frame = Vec::new();
+        encode(self, &mut frame);
+        frame
+    }
+}
+
 /// Appends the frame to `out`.
 ///
 /// # Panics

@@ -91,8 +91,9 @@ impl FlightFiles {
         }
     }
 
-    /// The files that are being written.
-    pub(super) fn paths(&self) -> Vec<&Path> {
-        self.0.iter().filter_map(|it| it.file.as_ref()).map(|(_, path)| path.as_path()).collect()
+    /// The files that are being written, with their slots.
+    pub(super) fn paths(&self) -> impl Iterator<Item = (u8, &Path)> {
+        let open = self.0.iter().filter_map(|it| Some((it.slot, it.file.as_ref()?)));
+        open.map(|(slot, (_, path))| (slot, path.as_path()))
     }
 }

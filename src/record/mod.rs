@@ -7,6 +7,7 @@
 //! constant memory.
 
 mod arming;
+mod bars;
 mod feed;
 mod flight;
 mod flight_files;
@@ -16,13 +17,12 @@ mod replay;
 mod select;
 mod status;
 mod store;
-#[cfg(test)]
-mod test_dir;
 mod tlog;
 pub mod tools;
 mod writer;
 
-pub use flight::{Collector, FlightFeed};
+pub use bars::{beside_bars, hide_bars, show_bars};
+pub use flight::{Collector, FlightFeed, FlightProgress, Phase, fuzz_flight};
 pub use recorder::Recorder;
 pub use replay::{Replay, ReplayOptions};
 pub use select::{BadMoment, Moment, Selection};

@@ -31,6 +31,11 @@ impl Output {
         &self.path
     }
 
+    /// How many bytes are written.
+    pub(super) fn len(&self) -> u64 {
+        self.position
+    }
+
     /// How many frames it has taken that are not written yet.
     pub(super) fn waiting(&self) -> u64 {
         self.frames

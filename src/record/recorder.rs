@@ -31,6 +31,8 @@ pub struct Recorder {
     has_ended: Receiver<()>,
     when: RecordWhen,
     is_running: bool,
+    /// Whether that was said on request, and not by the configuration.
+    is_by_request: bool,
     limits: Limits,
     arming: Arming,
     clock: Clock,
@@ -76,6 +78,7 @@ impl Recorder {
             has_ended,
             when: options.when,
             is_running: options.telemetry,
+            is_by_request: false,
             limits: Limits { size: options.max_size, time: options.max_time },
             arming: Arming::new(),
             clock: Clock::new(SystemTime::now(), now),
@@ -138,6 +141,7 @@ impl Recorder {
     pub fn set_running(&mut self, is_running: bool) -> bool {
         let is_change = self.is_running != is_running;
         self.is_running = is_running;
+        self.is_by_request |= is_change;
         if !is_running {
             self.end_log();
         }
@@ -147,6 +151,19 @@ impl Recorder {
     /// Whether telemetry is recorded, now or as soon as there is something to record.
     pub fn is_running(&self) -> bool {
         self.is_running
+    }
+
+    /// Why it writes no telemetry although nothing fails, in words; `None` while it does.
+    pub fn reason(&self) -> Option<&'static str> {
+        match (self.is_running, self.when) {
+            (false, _) if self.is_by_request => {
+                Some("by request; `mavswitch record start` goes on")
+            }
+            (false, _) => Some("record_telemetry is false"),
+            (true, RecordWhen::Armed) if !self.arming.is_any() => Some("no vehicle is armed"),
+            (true, _) if self.log.is_none() => Some("no frame has come yet"),
+            (true, _) => None,
+        }
     }
 
     /// How it is getting on.

@@ -4,15 +4,19 @@
 //! disk. The frames are said at the pace at which they were recorded, or as fast as the others take
 //! them.
 
+mod progress;
+
 use std::fmt;
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SendError, SyncSender, TryRecvError, sync_channel};
 use std::thread;
 use std::time::Duration;
 
-use super::tlog::TlogReader;
+use self::progress::{Figures, Progress};
+use super::tlog::{TIMESTAMP, TlogReader};
 use crate::mavlink::Frame;
 use crate::routing::{LocalPeer, Precedence, Time};
 
@@ -56,6 +60,9 @@ pub struct Replay {
     /// When it is looked again for what the disk has not given yet.
     look_at: Option<Time>,
     end: Option<String>,
+    /// Bytes of the log that were said in this round, and who shows them, if anybody does.
+    said: u64,
+    progress: Option<Progress>,
 }
 
 /// A part of the log.
@@ -79,9 +86,11 @@ impl Replay {
     pub fn start(path: &Path, options: ReplayOptions) -> io::Result<Self> {
         let (sender, parts) = sync_channel(PARTS);
         let file = path.to_owned();
+        let figures = Arc::<Figures>::default();
+        let progress = Progress::start(path, &figures)?;
         let read = move || {
             // Fails when nobody wants to know any more.
-            let _ = read(&file, options.is_loop, &sender);
+            let _ = read(&file, options.is_loop, &sender, &figures);
         };
         thread::Builder::new().name("replay".into()).spawn(read)?;
         Ok(Self {
@@ -95,6 +104,8 @@ impl Replay {
             lap_at: Time::ZERO,
             look_at: Some(Time::ZERO),
             end: None,
+            said: 0,
+            progress,
         })
     }
 
@@ -108,7 +119,7 @@ impl Replay {
             match self.parts.try_recv() {
                 Ok(part) => {
                     if part.is_first {
-                        self.anchor = None;
+                        (self.anchor, self.said) = (None, 0);
                     }
                     (self.part, self.next) = (part, 0);
                 }
@@ -160,8 +171,13 @@ impl Replay {
             0 => 0,
             next => self.part.records[next - 1].1,
         };
-        out.extend_from_slice(&self.part.frames[begin..self.part.records[self.next].1]);
+        let frame = &self.part.frames[begin..self.part.records[self.next].1];
+        out.extend_from_slice(frame);
         self.next += 1;
+        self.said += (TIMESTAMP + frame.len()) as u64;
+        if let Some(progress) = &self.progress {
+            progress.set(self.said);
+        }
     }
 }
 
@@ -216,9 +232,14 @@ impl fmt::Debug for Replay {
 }
 
 /// Reads the log, again and again if it is a loop, and hands it over part by part.
-fn read(path: &Path, is_loop: bool, parts: &SyncSender<Part>) -> Result<(), SendError<Part>> {
+fn read(
+    path: &Path,
+    is_loop: bool,
+    parts: &SyncSender<Part>,
+    figures: &Figures,
+) -> Result<(), SendError<Part>> {
     loop {
-        let end = match File::open(path).and_then(|file| read_once(file, parts)) {
+        let end = match File::open(path).and_then(|file| read_once(file, parts, figures)) {
             Ok(ReadOnce::Unwanted) => return Ok(()),
             Ok(ReadOnce::Whole) if is_loop => continue,
             Ok(ReadOnce::Whole) => "the log has ended".to_owned(),
@@ -237,7 +258,8 @@ enum ReadOnce {
     Unwanted,
 }
 
-fn read_once(file: File, parts: &SyncSender<Part>) -> io::Result<ReadOnce> {
+fn read_once(file: File, parts: &SyncSender<Part>, figures: &Figures) -> io::Result<ReadOnce> {
+    figures.set_total(file.metadata()?.len());
     let mut reader = TlogReader::new(file);
     let mut part = Part { is_first: true, ..Part::default() };
     while let Some(record) = reader.next_record()? {

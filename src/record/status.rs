@@ -11,8 +11,10 @@ pub struct RecordStatus {
     pub state: RecordState,
     /// The telemetry log that is being written.
     pub file: Option<PathBuf>,
-    /// The flight-stack logs that are being written.
-    pub flight_files: Vec<PathBuf>,
+    /// How many bytes it has so far.
+    pub file_bytes: u64,
+    /// The flight-stack logs that are being written, with their slots.
+    pub flight_files: Vec<(u8, PathBuf)>,
     /// Frames written to telemetry logs.
     pub frames: u64,
     /// Bytes written, to files of all kinds.

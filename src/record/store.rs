@@ -111,7 +111,7 @@ fn date(now: SystemTime) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::test_dir::TestDir;
+    use crate::test_dir::TestDir;
 
     fn store(dir: &TestDir) -> Store {
         Store { dir: dir.path().join("records"), min_free: 0, max_files: 0 }

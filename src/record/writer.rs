@@ -157,7 +157,7 @@ impl Files {
 
     /// A log has ended: perhaps it was the last.
     fn tell_idle(&mut self) {
-        if !self.is_failing() && self.output.is_none() && self.flights.paths().is_empty() {
+        if !self.is_failing() && self.output.is_none() && self.flights.paths().next().is_none() {
             self.status.state = RecordState::Waiting;
         }
     }
@@ -192,7 +192,7 @@ impl Files {
     }
 
     fn make_room(&self) -> io::Result<()> {
-        let mut open = self.flights.paths();
+        let mut open: Vec<_> = self.flights.paths().map(|(_, path)| path).collect();
         open.extend(self.output.as_ref().map(Output::path));
         // What does not exist takes no room, and is made when it is needed.
         if !self.store.dir.exists() { Ok(()) } else { self.store.make_room(&open) }
@@ -220,7 +220,6 @@ impl Files {
     fn begin_log(&mut self) -> io::Result<()> {
         let (file, path) = self.store.create("tlog", SystemTime::now())?;
         info!("recording to {}", path.display());
-        self.status.file = Some(path.clone());
         self.status.files += 1;
         self.output = Some(Output::new(file, path));
         Ok(())
@@ -230,7 +229,15 @@ impl Files {
         self.write();
         self.sync();
         self.output = None;
-        self.status.file = None;
+        self.tell_files();
+    }
+
+    /// Which files are being written.
+    fn tell_files(&mut self) {
+        self.status.file = self.output.as_ref().map(|output| output.path().to_owned());
+        self.status.file_bytes = self.output.as_ref().map_or(0, Output::len);
+        self.status.flight_files =
+            self.flights.paths().map(|(slot, path)| (slot, path.to_owned())).collect();
     }
 
     /// Writes what the log has taken.
@@ -262,13 +269,12 @@ impl Files {
         self.sync();
         if let Some(output) = self.output.take_if(|output| !output.is_there()) {
             warn!("record {} has vanished: beginning another", output.path().display());
-            self.status.file = None;
         }
         self.flights.forget_vanished();
         if let Err(error) = self.make_room() {
             self.fail(0, &error);
         }
-        self.status.flight_files = self.flights.paths().iter().copied().map(Into::into).collect();
+        self.tell_files();
     }
 
     /// So many frames could not be written.
@@ -287,7 +293,6 @@ impl Files {
             && let Some(output) = self.output.take()
         {
             self.status.lost += output.waiting();
-            self.status.file = None;
         }
     }
 
@@ -305,8 +310,8 @@ impl Files {
     fn close(&mut self) {
         self.end_log();
         self.flights.close_all();
+        self.tell_files();
         self.status.state = RecordState::Waiting;
-        self.status.flight_files.clear();
     }
 }
 

@@ -10,8 +10,10 @@ mod page;
 mod prometheus;
 mod rates;
 mod record;
+mod record_text;
 mod snapshot;
 mod text;
+pub(crate) mod units;
 mod why;
 mod why_text;
 
@@ -19,7 +21,8 @@ pub use diagnosis::{Finding, diagnose};
 pub use page::PAGE;
 pub use prometheus::{MAX_COMPONENT_SERIES, Metrics, MetricsFormat};
 pub use rates::{Rate, Rates};
-pub use record::{RecordState, RecordStatus};
+pub use record::{FlightLogState, FlightLogStatus, RecordState, RecordStatus};
+pub(crate) use record_text::line as record_line;
 pub use snapshot::{
     ArmedState, ComponentStatus, Counters, EndpointState, EndpointStatus, FORMAT, HeardStatus,
     LinkStatus, MessageStatus, Program, QueueStatus, Snapshot, Vehicle,

@@ -7,8 +7,14 @@ use serde::{Deserialize, Serialize};
 pub struct RecordStatus {
     /// What it does.
     pub state: RecordState,
+    /// Why no telemetry is written although nothing fails, in words.
+    #[serde(default)]
+    pub reason: Option<String>,
     /// The telemetry log that is being written.
     pub file: Option<String>,
+    /// How many bytes it has so far.
+    #[serde(default)]
+    pub file_bytes: u64,
     /// The flight-stack logs that are being written.
     pub flight_files: Vec<String>,
     /// Frames written to telemetry logs.
@@ -21,6 +27,39 @@ pub struct RecordStatus {
     pub lost: u64,
     /// Why nothing can be written, in words.
     pub error: Option<String>,
+    /// The logs that vehicles make themselves, one for each vehicle that was heard.
+    #[serde(default)]
+    pub flight_logs: Vec<FlightLogStatus>,
+}
+
+/// How the log of one vehicle is getting on.
+#[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+pub struct FlightLogStatus {
+    /// The system id of the vehicle.
+    pub system: u8,
+    /// How far its log is.
+    pub state: FlightLogState,
+    /// The file that it is written to.
+    pub file: Option<String>,
+    /// Bytes of the present log so far.
+    pub bytes: u64,
+    /// Pieces of it that are missing: given up, or asked for again.
+    pub missing: u64,
+}
+
+/// How far the log of a vehicle is.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FlightLogState {
+    /// None is wanted: the vehicle is not armed.
+    #[default]
+    Idle,
+    /// The vehicle was asked for it, and has not begun to send it.
+    Asking,
+    /// It comes.
+    Running,
+    /// The vehicle was asked to stop, and what is on its way is still taken.
+    Stopping,
 }
 
 /// What recording does.

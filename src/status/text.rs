@@ -4,6 +4,8 @@ use std::fmt::Write;
 
 use super::columns::{Columns, printable};
 use super::rates::{Rate, Rates};
+use super::record_text;
+use super::units::{bytes, number, percent, time};
 use super::{
     ArmedState, ComponentStatus, Counters, EndpointState, EndpointStatus, LinkStatus, Snapshot,
 };
@@ -46,6 +48,9 @@ pub fn to_text(before: &Snapshot, snapshot: &Snapshot, colour: bool) -> String {
     add(components(snapshot, rates.as_ref(), colour));
     if !snapshot.messages.is_empty() {
         add(messages(snapshot, rates.as_ref(), colour));
+    }
+    if let Some(record) = &snapshot.record {
+        record_text::tables(record, colour).into_iter().for_each(add);
     }
     text
 }
@@ -105,18 +110,17 @@ fn links(snapshot: &Snapshot, rates: Option<&Rates<'_>>, colour: bool) -> String
 }
 
 fn link_row(endpoint: &str, link: &LinkStatus, (taken, sent): (Rate, Rate)) -> Vec<String> {
-    let percent = |percent: f64| format!("{percent:.1} %");
     vec![
         format!("#{}", link.id),
         endpoint.to_owned(),
         link.peer.clone(),
         link.heard_ago_ms.map_or_else(|| "never".to_owned(), time),
-        rate(taken.frames),
-        rate(taken.bytes),
-        rate(sent.frames),
-        rate(sent.bytes),
-        format!("{} B", link.queue.bytes),
-        format!("{} ms", link.queue.age_ms),
+        number(taken.frames),
+        number(taken.bytes),
+        number(sent.frames),
+        number(sent.bytes),
+        bytes(link.queue.bytes as f64),
+        time(link.queue.age_ms),
         link.pace.map_or_else(|| "-".to_owned(), |pace| format!("{pace} B/s")),
         link.loss_percent.map_or_else(|| "-".to_owned(), percent),
         round_trip(link),
@@ -172,7 +176,7 @@ fn components(snapshot: &Snapshot, rates: Option<&Rates<'_>>, colour: bool) -> S
             armed.to_owned(),
             on.collect::<Vec<_>>().join(", "),
             time(last),
-            rate(rates.map_or(0.0, |rates| rates.component(*system, *id, heard))),
+            number(rates.map_or(0.0, |rates| rates.component(*system, *id, heard))),
             loss(component),
         ]);
     }
@@ -184,7 +188,7 @@ fn loss(component: &ComponentStatus) -> String {
     let parts = component.heard.iter().filter(|it| it.frames + it.lost > 0);
     let parts = parts.map(|it| it.lost as f64 / (it.frames + it.lost) as f64);
     let least = parts.fold(f64::INFINITY, f64::min);
-    if least.is_finite() { format!("{:.1} %", least * 100.0) } else { "-".to_owned() }
+    if least.is_finite() { percent(least * 100.0) } else { "-".to_owned() }
 }
 
 fn messages(snapshot: &Snapshot, rates: Option<&Rates<'_>>, colour: bool) -> String {
@@ -197,8 +201,8 @@ fn messages(snapshot: &Snapshot, rates: Option<&Rates<'_>>, colour: bool) -> Str
         table.push(vec![
             message.name.clone().unwrap_or_else(|| message.id.to_string()),
             format!("{}/{}", message.system, message.component),
-            rate(its.frames),
-            rate(its.bytes),
+            number(its.frames),
+            number(its.bytes),
             message.frames.to_string(),
         ]);
     }
@@ -207,22 +211,6 @@ fn messages(snapshot: &Snapshot, rates: Option<&Rates<'_>>, colour: bool) -> Str
         let _ = writeln!(text, "and {} more (--json has them)", rows.len() - TOP);
     }
     text
-}
-
-/// As many digits as say something.
-fn rate(value: f64) -> String {
-    if value < 100.0 { format!("{value:.1}") } else { format!("{value:.0}") }
-}
-
-/// `0.3 s`, `42 s`, `5 min`, `3 h 10 min`.
-fn time(ms: u64) -> String {
-    let seconds = ms / 1_000;
-    match seconds {
-        0..10 => format!("{}.{} s", seconds, ms % 1_000 / 100),
-        10..120 => format!("{seconds} s"),
-        120..7_200 => format!("{} min", seconds / 60),
-        _ => format!("{} h {} min", seconds / 3_600, seconds / 60 % 60),
-    }
 }
 
 #[cfg(test)]
@@ -307,25 +295,19 @@ mod tests {
         let before = Snapshot { program: snapshot.program.clone(), ..Snapshot::default() };
         let text = to_text(&before, &snapshot, false);
         for words in [
-            "mavswitch 0.1.0, process 7, up 2.0 s",
+            "mavswitch 0.1.0, process 7, up 2.0s",
             "radio: cannot open /dev/ttyUSB0",
             "10.0.0.2:14550",
-            "25.0",
+            "  25  ",
             "queue_full 7, bad_crc 3",
             "12.3 (11.0) ms",
             "quadrotor, ArduPilot, active",
-            "10.0 %",
+            "10%",
             "ATTITUDE",
         ] {
             assert!(text.contains(words), "no {words} in\n{text}");
         }
         assert!(!text.contains('\x1b'));
         assert!(to_text(&before, &snapshot, true).contains("\x1b[1m"));
-    }
-
-    #[test]
-    fn times_have_the_unit_that_fits() {
-        let told = [340, 42_000, 300_000, 11_400_000].map(time);
-        assert_eq!(told, ["0.3 s", "42 s", "5 min", "3 h 10 min"]);
     }
 }

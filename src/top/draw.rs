@@ -8,7 +8,8 @@ use ratatui::widgets::{Block, Cell, Clear, Paragraph, Row, Table};
 
 use super::app::{App, Key};
 use super::table::{self, Tone, View, rows};
-use super::units::{bytes, number, time};
+use crate::status::units::{bytes, number, time};
+use crate::status::{RecordState, RecordStatus, record_line};
 
 /// Below this there is nothing to be seen.
 const LEAST: (u16, u16) = (30, 7);
@@ -40,13 +41,18 @@ pub(super) fn draw(app: &App, frame: &mut Frame<'_>) {
         return frame.render_widget(Paragraph::new("make the window larger"), area);
     }
     let one = Constraint::Length(1);
-    let [title, received, sent, tabs, body, keys] =
-        Layout::vertical([one, one, one, one, Constraint::Fill(1), one]).areas(area);
+    let record = app.snapshot().and_then(|snapshot| snapshot.record.as_ref());
+    let recorded = Constraint::Length(record.is_some().into());
+    let [title, received, sent, recorded, tabs, body, keys] =
+        Layout::vertical([one, one, one, recorded, one, Constraint::Fill(1), one]).areas(area);
     draw_title(app, frame, title);
     for (what, sign, colour, area) in
         [(0, "▼ in ", Color::Green, received), (1, "▲ out", Color::Blue, sent)]
     {
         frame.render_widget(total(app, what, sign, colour, area.width), area);
+    }
+    if let Some(record) = record {
+        frame.render_widget(record_line_of(app, record), recorded);
     }
     frame.render_widget(views(app), tabs);
     draw_table(app, frame, body);
@@ -93,6 +99,17 @@ fn total(app: &App, what: u8, sign: &str, hue: Color, width: u16) -> Line<'stati
     let room = usize::from(width).saturating_sub(figures.chars().count()).min(60);
     let bars = Span::styled(frames.bars(room), colour(app, hue));
     Line::from(vec![Span::raw(figures), bars])
+}
+
+/// A line for what is recorded: as bright as it is serious.
+fn record_line_of(app: &App, record: &RecordStatus) -> Line<'static> {
+    let style = match record.state {
+        RecordState::Failing => colour(app, Color::Red).add_modifier(Modifier::BOLD),
+        _ if record.lost > 0 => colour(app, Color::Yellow),
+        RecordState::Recording => colour(app, Color::Green),
+        RecordState::Waiting | RecordState::Stopped => Style::new().add_modifier(Modifier::DIM),
+    };
+    Line::from(vec![Span::styled("● ", style), Span::raw(record_line(record))])
 }
 
 fn views(app: &App) -> Line<'static> {

@@ -9,6 +9,5 @@ mod follow;
 mod table;
 mod terminal;
 mod trace;
-mod units;
 
 pub use terminal::{TopError, top};

@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use super::app::{App, Key};
 use super::trace::Trace;
-use super::units::{bytes, number, percent, time};
+use crate::status::units::{bytes, number, percent, time};
 use crate::status::{
     ArmedState, ComponentStatus, EndpointState, EndpointStatus, LinkStatus, MessageStatus,
 };

@@ -17,6 +17,10 @@ const LOGGING_ACK: u32 = 268;
 const START: u16 = 2510;
 const START_BLOCKS: u32 = 2_147_483_646;
 
+/// MAV_CMD_LOGGING_STOP, and the number that stands for it with ArduPilot.
+const STOP: u16 = 2511;
+const STOP_BLOCKS: u32 = 2_147_483_645;
+
 /// The heartbeat of an armed PX4 (12) or ArduPilot (3).
 fn armed(from: Component, autopilot: u8) -> Vec<u8> {
     Draft::new(from, HEARTBEAT, [0, 0, 0, 0, 2, autopilot, 0x80, 4, 3]).build()
@@ -72,6 +76,42 @@ fn next_status(ardupilot: &mut Peer<TcpWire>) -> (u32, bool) {
     (u32::from_le_bytes(status[..4].try_into().unwrap()), status[6] == 1)
 }
 
+/// Both are told that nobody will take their logs any more.
+fn assert_asked_to_stop(px4: &mut Peer<TcpWire>, ardupilot: &mut Peer<TcpWire>) {
+    let (_, command) = next(px4, COMMAND_LONG);
+    assert_eq!(command[28..32], [STOP.to_le_bytes()[0], STOP.to_le_bytes()[1], 1, 1]);
+    while next_status(ardupilot).0 != STOP_BLOCKS {}
+}
+
+#[test]
+fn where_a_reload_ends_the_collection_vehicles_are_asked_to_stop() {
+    let dir = TempDir::new();
+    let configure = |which: &str| {
+        let general = format!(
+            "record = 'records'\nrecord_min_free = 0\nrecord_telemetry = false\n\
+             flight_log = '{which}'\n"
+        );
+        let endpoint = |name: &str| format!("[endpoint.{name}]\naddress = 'tcpin:127.0.0.1:0'\n");
+        dir.write("mavswitch.toml", &(general + &endpoint("one") + &endpoint("two")))
+    };
+    let config = configure("auto");
+    let router = Router::start(&["-c", config.to_str().unwrap()]);
+    let mut px4 = router.tcp("one", VEHICLE);
+    let mut ardupilot = router.tcp("two", OTHER);
+    px4.send(armed(VEHICLE, 12));
+    let (logger, _) = next(&mut px4, COMMAND_LONG);
+    send_ulog(&mut px4, logger, &ulog());
+    ardupilot.send(armed(OTHER, 3));
+    assert_eq!(next_status(&mut ardupilot), (START_BLOCKS, true));
+    configure("off");
+    router.signal(Signal::HUP);
+    router.log.wait_for(&["recording anew"]);
+    assert_asked_to_stop(&mut px4, &mut ardupilot);
+    router.assert_serves(&mut px4, &mut ardupilot);
+    let file = fs::read_dir(dir.path("records")).unwrap().next().unwrap().unwrap().path();
+    eventually("the log is whole", || fs::read(&file).unwrap() == ulog());
+}
+
 #[test]
 fn a_px4_and_an_ardupilot_get_a_file_each_with_all_that_they_send() {
     let dir = TempDir::new();
@@ -112,6 +152,7 @@ fn a_px4_and_an_ardupilot_get_a_file_each_with_all_that_they_send() {
         while next_status(&mut ardupilot) != (number, true) {}
     }
     router.signal(Signal::TERM);
+    assert_asked_to_stop(&mut px4, &mut ardupilot);
     assert!(router.wait_for_end().0.success());
     let mut files: Vec<_> = fs::read_dir(&records).unwrap().map(|it| it.unwrap().path()).collect();
     files.sort_by_key(|path| path.extension().map(ToOwned::to_owned));

@@ -2,11 +2,20 @@
 
 use std::fs::{self, File};
 use std::path::Path;
+use std::time::{Duration, Instant};
 
+use mavswitch::control::Client;
 use mavswitch::record::TlogReader;
+use mavswitch::status::{RecordState, RecordStatus};
 use rustix::process::Signal;
 
 use crate::harness::*;
+
+/// How recording is getting on, as the router tells it.
+fn status(router: &Router) -> RecordStatus {
+    let mut client = Client::connect(Some(&router.control())).unwrap();
+    client.status().unwrap().record.expect("a recorder")
+}
 
 /// The frames of all telemetry logs in a directory, in the order of their files, without marks.
 fn recorded(dir: &Path) -> Vec<Vec<u8>> {
@@ -155,4 +164,127 @@ fn recording_is_stopped_started_and_looked_at_while_frames_flow() {
     let frames: Vec<_> = recorded(&records).into_iter().filter(|it| flown.contains(it)).collect();
     assert_eq!(frames, [flown[0].clone(), flown[2].clone()]);
     assert_eq!(fs::read_dir(&records).unwrap().count(), 2);
+}
+
+/// A disk that stands still: frames go on as before, what finds no room on its way to the disk is
+/// counted and shown, and recording goes on by itself.
+#[test]
+fn a_disk_that_stands_still_costs_no_frame_and_recording_goes_on_when_it_works_again() {
+    if !can_delay() {
+        return;
+    }
+    let dir = TempDir::new();
+    let records = dir.path("records");
+    let router = Router::start_stuck(
+        "fdatasync",
+        3,
+        5,
+        &[
+            "--record",
+            records.to_str().unwrap(),
+            "--record-min-free=0",
+            "tcpin:127.0.0.1:0?name=fc",
+            "tcpin:127.0.0.1:0?name=gcs",
+        ],
+    );
+    let mut vehicle = router.tcp("fc", VEHICLE);
+    let mut gcs = router.tcp("gcs", GCS);
+    let mut number = 0;
+    let mut fly = |number: &mut u32, count: u32| {
+        let frames: Vec<_> = (*number..*number + count).map(|n| bulk(VEHICLE, n)).collect();
+        *number += count;
+        vehicle.send_each(&frames);
+        gcs.expect_each(&frames);
+    };
+    while status(&router).lost == 0 {
+        fly(&mut number, 500);
+    }
+    // The marks of both were recorded too, before anything was lost.
+    eventually("all that waits is written", || {
+        let status = status(&router);
+        status.frames + status.lost > u64::from(number) && status.state == RecordState::Recording
+    });
+    let output = run(&["status", "--control", router.control().to_str().unwrap()]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    let told = status(&router);
+    assert!(text.contains("RECORD") && text.contains(&told.lost.to_string()), "{text}");
+    let before = told.frames;
+    fly(&mut number, 100);
+    eventually("what came since is written", || status(&router).frames >= before + 100);
+    let told = status(&router);
+    router.signal(Signal::TERM);
+    assert!(router.wait_for_end().0.success());
+    let frames = recorded(&records);
+    assert_eq!(frames.len() as u64, told.frames);
+    let numbers = frames.iter().filter(|it| it.len() == bulk(VEHICLE, 1).len());
+    let numbers: Vec<u32> = numbers.map(|frame| number_in(frame)).collect();
+    assert!(numbers.is_sorted_by(|a, b| a < b), "not in their order");
+    assert_eq!(numbers.len() as u64 + told.lost, u64::from(number));
+    assert_eq!(numbers.last(), Some(&(number - 1)));
+}
+
+#[test]
+fn a_reload_does_not_wait_for_a_disk_that_stands_still() {
+    /// In seconds: far longer than a reload takes.
+    const STUCK: u32 = 12;
+    if !can_delay() {
+        return;
+    }
+    let dir = TempDir::new();
+    let general = |name: &str| {
+        let path = dir.path(name);
+        let general = format!("record = '{}'\nrecord_min_free = 0\n", path.display());
+        let endpoint = |name: &str| format!("[endpoint.{name}]\naddress = 'tcpin:127.0.0.1:0'\n");
+        dir.write("mavswitch.toml", &(general + &endpoint("fc") + &endpoint("gcs")));
+        path
+    };
+    let records = general("one");
+    let config = dir.path("mavswitch.toml");
+    let arguments = ["-c", config.to_str().unwrap()];
+    let router = Router::start_stuck("fdatasync", 1, STUCK, &arguments);
+    let mut vehicle = router.tcp("fc", VEHICLE);
+    let mut gcs = router.tcp("gcs", GCS);
+    router.assert_serves(&mut vehicle, &mut gcs);
+    let size = |path: std::path::PathBuf| fs::metadata(path).map_or(0, |data| data.len());
+    let is_written = || {
+        let mut files = fs::read_dir(&records).into_iter().flatten();
+        files.any(|file| size(file.unwrap().path()) > 0)
+    };
+    eventually("the writer has something to put on the disk", is_written);
+    let started = Instant::now();
+    let other = general("two");
+    router.signal(Signal::HUP);
+    router.log.wait_for(&["recording anew"]);
+    router.assert_serves(&mut vehicle, &mut gcs);
+    eventually("it records elsewhere", || other.exists());
+    assert!(started.elapsed() < Duration::from_secs(STUCK.into()), "it has waited for the disk");
+}
+
+#[test]
+fn what_is_told_of_a_record_is_what_is_in_its_file() {
+    let dir = TempDir::new();
+    let records = dir.path("records");
+    let router = Router::start(&[
+        "--record",
+        records.to_str().unwrap(),
+        "--record-min-free=0",
+        "tcpin:127.0.0.1:0?name=fc",
+        "tcpin:127.0.0.1:0?name=gcs",
+    ]);
+    assert_eq!(status(&router).reason.as_deref(), Some("no frame has come yet"));
+    let mut vehicle = router.tcp("fc", VEHICLE);
+    let mut gcs = router.tcp("gcs", GCS);
+    for number in 0..100 {
+        vehicle.send(attitude(VEHICLE, number));
+        gcs.expect(attitude(VEHICLE, number));
+    }
+    let file = || records.read_dir().unwrap().next().unwrap().unwrap().path();
+    // With the marks of both.
+    eventually("all of it is written", || status(&router).frames >= 102);
+    let told = status(&router);
+    assert_eq!(told.frames, recorded(&records).len() as u64);
+    let size = fs::metadata(file()).unwrap().len();
+    assert_eq!((told.bytes, told.file_bytes, told.files, told.lost), (size, size, 1, 0));
+    assert_eq!((told.state, told.reason, told.error), (RecordState::Recording, None, None));
+    assert_eq!(told.file.as_deref(), file().to_str());
 }

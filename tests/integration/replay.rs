@@ -16,10 +16,10 @@ fn recorded_flight() -> Option<PathBuf> {
     path.is_file().then_some(path)
 }
 
-/// A flight of five hours, as it is when nothing happens.
-fn dull_flight(dir: &TempDir) -> PathBuf {
+/// A flight of so many seconds, as it is when nothing happens.
+fn dull_flight(dir: &TempDir, seconds: u32) -> PathBuf {
     let mut log = Vec::new();
-    for number in 0..18_000_u32 {
+    for number in 0..seconds {
         let micros = 1_700_000_000_000_000 + u64::from(number) * 1_000_000;
         write_record(&mut log, micros, &attitude(VEHICLE, number)).unwrap();
     }
@@ -37,7 +37,7 @@ fn frames(log: &Path) -> Vec<Vec<u8>> {
 #[test]
 fn a_log_arrives_byte_for_byte_as_fast_as_it_is_taken() {
     let dir = TempDir::new();
-    let logs = recorded_flight().into_iter().chain([dull_flight(&dir)]);
+    let logs = recorded_flight().into_iter().chain([dull_flight(&dir, 18_000)]);
     for log in logs {
         let gcs = "[endpoint.gcs]\naddress = \"tcpin:127.0.0.1:0\"\n";
         let config = dir.write("mavswitch.toml", gcs);
@@ -54,4 +54,41 @@ fn a_log_arrives_byte_for_byte_as_fast_as_it_is_taken() {
         let mut other = router.tcp("gcs", GCS);
         router.assert_serves(&mut gcs_peer, &mut other);
     }
+}
+
+#[test]
+fn a_log_that_a_file_names_is_looked_for_beside_the_file() {
+    let dir = TempDir::new();
+    dull_flight(&dir, 10);
+    let gcs = "[endpoint.gcs]\naddress = 'tcpin:127.0.0.1:0'\n";
+    let flight = "[endpoint.flight]\naddress = 'tlog:dull.tlog?speed=0'\n";
+    let config = dir.write("mavswitch.toml", &format!("{gcs}{flight}"));
+    let router = Router::start(&["-c", config.to_str().unwrap()]);
+    router.log.wait_for(&["flight: link #", "the log has ended"]);
+}
+
+/// On a terminal, the log of the program goes on above the bar, and the bar goes with the replay.
+#[test]
+fn on_a_terminal_a_bar_shows_how_far_a_replay_is() {
+    if !is_there("tmux") {
+        println!("skipped: there is no tmux here");
+        return;
+    }
+    let dir = TempDir::new();
+    let log = dull_flight(&dir, 5_000);
+    let endpoint = format!("tlog:{}?speed=1000&name=flight", log.display());
+    let words = [PROGRAM, "--control", "off", &endpoint, "tcpin:127.0.0.1:0?name=gcs"];
+    let line = words.map(quoted).join(" ");
+    let terminal = Terminal::start(100, 20, &format!("{line}; echo status $?"));
+    let screen = terminal.wait_for(" left");
+    assert!(screen.lines().any(|line| line.starts_with("dull.tlog ")), "{screen}");
+    let screen = terminal.wait_for("the log has ended");
+    let is_line_of_log = |line: &str| line.starts_with("20") && line.contains("INFO");
+    assert!(
+        screen.lines().filter(|line| line.contains("flight: link #")).all(is_line_of_log),
+        "{screen}"
+    );
+    eventually("the bar is gone", || !terminal.screen().contains("left"));
+    terminal.press(&["C-c"]);
+    terminal.wait_for("status 0");
 }

@@ -1,16 +1,16 @@
 use std::fs;
 
 use super::*;
-use crate::config::test_dir::TempDir;
-use crate::config::{EndpointConfig, MAX_ENDPOINTS, OPTIONS};
+use crate::config::{Address, EndpointConfig, MAX_ENDPOINTS, OPTIONS};
+use crate::test_dir::TestDir;
 
 fn parse(text: &str) -> Config {
     parse_config("test.toml", text).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// What several files say together: the endpoints in the spelling of the command line.
-fn overlay(name: &str, texts: &[&str]) -> Result<Vec<String>, ConfigError> {
-    let dir = TempDir::new(name);
+fn overlay(texts: &[&str]) -> Result<Vec<String>, ConfigError> {
+    let dir = TestDir::new();
     let write = |(number, text): (usize, &&str)| dir.write(&format!("{number}.toml"), text);
     let files: Vec<PathBuf> = texts.iter().enumerate().map(write).collect();
     let config = load_config(&files)?;
@@ -115,7 +115,7 @@ fn a_later_file_overrides_key_by_key() {
     let base =
         "[endpoint.a]\naddress='udpin:1?mtu=500'\npack=true\n[endpoint.b]\naddress='udpin:2'";
     let later = "[endpoint.a]\nmtu=600\n[endpoint.c]\naddress='udpin:3'";
-    let both = overlay("by-key", &[base, later]).unwrap();
+    let both = overlay(&[base, later]).unwrap();
     let expected = [
         "udpin:0.0.0.0:1?name=a&pack=true&mtu=600",
         "udpin:0.0.0.0:2?name=b",
@@ -123,7 +123,7 @@ fn a_later_file_overrides_key_by_key() {
     ];
     assert_eq!(both, expected);
     // A new address replaces the old one with its query, and keys stay.
-    let both = overlay("address", &[base, "[endpoint.a]\naddress='udpin:9'"]).unwrap();
+    let both = overlay(&[base, "[endpoint.a]\naddress='udpin:9'"]).unwrap();
     assert_eq!(both[0], "udpin:0.0.0.0:9?name=a&pack=true");
 }
 
@@ -131,17 +131,17 @@ fn a_later_file_overrides_key_by_key() {
 fn a_later_file_overrides_baud_rates_wherever_they_stand() {
     let in_address = "[endpoint.a]\naddress='/dev/ttyS1:57600'";
     let as_key = "[endpoint.a]\nbaudrate=9600";
-    let both = overlay("baud-key", &[in_address, as_key]).unwrap();
+    let both = overlay(&[in_address, as_key]).unwrap();
     assert_eq!(both, ["serial:/dev/ttyS1:9600?name=a"]);
     let base = "[endpoint.a]\naddress='/dev/ttyS1'\nbaudrate=9600";
-    let both = overlay("baud-address", &[base, in_address]).unwrap();
+    let both = overlay(&[base, in_address]).unwrap();
     assert_eq!(both, ["serial:/dev/ttyS1:57600?name=a"]);
 }
 
 #[test]
 fn an_error_after_merging_names_the_file_it_stands_in() {
     let base = "[endpoint.a]\naddress='/dev/ttyS1'\nflow='rtscts'";
-    let error = overlay("names", &[base, "[endpoint.a]\naddress='udpin:1'"]).unwrap_err();
+    let error = overlay(&[base, "[endpoint.a]\naddress='udpin:1'"]).unwrap_err();
     let text = error.to_string();
     let expected = "0.toml:3:6: option `flow` does not apply to udpin, only to serial";
     assert!(text.ends_with(expected), "{text}");
@@ -149,35 +149,35 @@ fn an_error_after_merging_names_the_file_it_stands_in() {
 
 #[test]
 fn the_default_files_are_those_that_are_there() {
-    let dir = TempDir::new("default");
-    assert_eq!(default_files(&dir.0), Ok(vec![]));
+    let dir = TestDir::new();
+    assert_eq!(default_files(dir.path()), Ok(vec![]));
     let b = dir.write("conf.d/20-b.toml", "");
     let a = dir.write("conf.d/10-a.toml", "");
     dir.write("conf.d/30-c.toml~", "");
     dir.write("conf.d/.40-d.toml", "");
-    assert_eq!(default_files(&dir.0), Ok(vec![a.clone(), b.clone()]));
+    assert_eq!(default_files(dir.path()), Ok(vec![a.clone(), b.clone()]));
     let main = dir.write("mavswitch.toml", "");
-    assert_eq!(default_files(&dir.0), Ok(vec![main, a, b]));
+    assert_eq!(default_files(dir.path()), Ok(vec![main, a, b]));
 }
 
 #[test]
 fn definition_files_are_beside_the_file_that_names_them() {
-    let dir = TempDir::new("dialect");
+    let dir = TestDir::new();
     let file = dir.write("x.toml", "dialect = ['a.xml', '/b.xml']");
     let config = load_config(&[file]).unwrap();
-    assert_eq!(config.general.dialect, [dir.0.join("a.xml"), "/b.xml".into()]);
+    assert_eq!(config.general.dialect, [dir.path().join("a.xml"), "/b.xml".into()]);
 }
 
 #[test]
 fn what_is_no_text_of_ours_is_refused_with_its_place() {
-    let dir = TempDir::new("files");
-    let absent = load_config(&[dir.0.join("absent.toml")]).unwrap_err().to_string();
+    let dir = TestDir::new();
+    let absent = load_config(&[dir.path().join("absent.toml")]).unwrap_err().to_string();
     assert!(absent.contains("absent.toml: cannot read: No such file"), "{absent}");
-    let path = dir.0.join("latin1.toml");
+    let path = dir.path().join("latin1.toml");
     fs::write(&path, b"# a\n# \xe4").unwrap();
     let latin1 = load_config(&[path]).unwrap_err().to_string();
     assert!(latin1.ends_with("latin1.toml:2:3: not UTF-8: save the file as UTF-8"), "{latin1}");
-    let path = dir.write("large.toml", &"#".repeat((1 << 20) + 1));
+    let path = dir.write("large.toml", "#".repeat((1 << 20) + 1));
     let large = load_config(&[path]).unwrap_err().to_string();
     assert!(large.contains("larger than 1 MiB"), "{large}");
 }
@@ -215,4 +215,20 @@ fn nasty_text_is_read_back_or_refused() {
     }
     fuzz_config("[".repeat(10_000).as_bytes());
     fuzz_config(format!("a = {}", "[".repeat(10_000)).as_bytes());
+}
+
+#[test]
+fn a_log_is_looked_for_beside_the_file_that_names_it() {
+    let dir = TestDir::new();
+    let file = dir.write(
+        "conf/a.toml",
+        "record = 'records'\n[endpoint.a]\naddress = 'tlog:logs/x.tlog?speed=0'\n\
+         [endpoint.b]\naddress = 'tlog:/y.tlog'\n",
+    );
+    let config = load_config(&[file]).unwrap();
+    let addresses: Vec<_> = config.endpoints.iter().map(|it| it.config.address.clone()).collect();
+    let conf = dir.path().join("conf");
+    let expected = [conf.join("logs/x.tlog"), "/y.tlog".into()].map(Address::Tlog);
+    assert_eq!(addresses, expected);
+    assert_eq!(config.general.record.dir, Some(conf.join("records")));
 }

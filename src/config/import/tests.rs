@@ -2,8 +2,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::*;
-use crate::config::test_dir::TempDir;
 use crate::config::{Config, ConfigError, EndpointOptions};
+use crate::test_dir::TestDir;
 
 /// The endpoints in the spelling of the command line, without the TCP server.
 fn endpoints(config: &Config) -> Vec<String> {
@@ -98,9 +98,9 @@ fn the_tcp_server_is_there_unless_it_is_turned_off() {
 
 #[test]
 fn files_are_read_in_the_order_of_mavlink_router() {
-    let dir = TempDir::new("import-order");
+    let dir = TestDir::new();
     let main = dir.write("main.conf", "[UdpEndpoint a]\nMode=Normal\nAddress=10.0.0.1\nPort=1\n");
-    let drop_ins = dir.0.join("config.d");
+    let drop_ins = dir.path().join("config.d");
     dir.write("config.d/20-b.conf", "[UdpEndpoint A]\nPort = 3\n");
     dir.write("config.d/10-a", "[General]\nSnifferSysid=7\n[udpendpoint a]\nPort = 2\nGroup = x\n");
     dir.write("config.d/30.conf~", "[what an editor leaves]\n");
@@ -108,16 +108,16 @@ fn files_are_read_in_the_order_of_mavlink_router() {
     fs::create_dir_all(drop_ins.join("dir")).unwrap();
     let files = RouterdFiles::find(Some(&main), Some(&drop_ins)).unwrap();
     assert_eq!(names(&files), ["main.conf", "10-a", "20-b.conf"]);
-    assert_eq!(RouterdFiles::at(&dir.0).unwrap(), files);
+    assert_eq!(RouterdFiles::at(dir.path()).unwrap(), files);
     let imported = import_routerd(&files, &RouterdArguments::default()).unwrap();
     assert_eq!(endpoints(&imported.config), ["udpout:10.0.0.1:3?name=a&group=x"]);
     assert_eq!(imported.config.general.router.sniffer, Some(7));
     // What one file says again of another is meant.
     assert_eq!(imported.notes, []);
     assert_eq!(names(&RouterdFiles::at(&drop_ins).unwrap()), ["10-a", "20-b.conf"]);
-    let other = TempDir::new("import-other");
-    fs::create_dir_all(&other.0).unwrap();
-    let error = RouterdFiles::at(&other.0).unwrap_err().to_string();
+    let other = TestDir::new();
+    fs::create_dir_all(other.path()).unwrap();
+    let error = RouterdFiles::at(other.path()).unwrap_err().to_string();
     assert!(error.ends_with(": no main.conf is in it, no config.d and no other file"), "{error}");
 }
 
@@ -135,7 +135,7 @@ fn a_file_that_is_not_there_is_left_out_with_a_word() {
 
 #[test]
 fn the_command_line_overrides_the_files_and_its_endpoints_add_to_theirs() {
-    let dir = TempDir::new("import-override");
+    let dir = TestDir::new();
     let text = "[General]\nSnifferSysid=7\nTcpServerPort=1\n[UdpEndpoint a]\nMode=Normal\n\
                 Address=127.0.0.1\n";
     let files = RouterdFiles::at(&dir.write("main.conf", text)).unwrap();
@@ -167,7 +167,7 @@ fn every_default_that_is_told_is_what_holds() {
 
 #[test]
 fn an_endpoint_without_further_keys_has_our_defaults() {
-    let dir = TempDir::new("import-defaults");
+    let dir = TestDir::new();
     let text = "[TcpEndpoint a]\nAddress=10.0.0.2\nPort=1\n";
     let files = RouterdFiles::at(&dir.write("main.conf", text)).unwrap();
     let imported = import_routerd(&files, &RouterdArguments::default()).unwrap();

@@ -46,7 +46,7 @@ pub(super) struct Assembler {
 
 impl Assembler {
     /// Begins a file with its first piece, if it is one.
-    pub(super) fn begin(piece: &UlogPiece, now: Time, sink: &mut impl Sink) -> Option<Self> {
+    pub(super) fn begin(piece: &UlogPiece, now: Time, sink: &mut dyn Sink) -> Option<Self> {
         if piece.data.len() < HEADER || !piece.data.starts_with(&MAGIC) {
             return None;
         }
@@ -70,7 +70,7 @@ impl Assembler {
     }
 
     /// Takes a piece; says whether it is in safe hands. If there was no room for it, it is not.
-    pub(super) fn handle(&mut self, piece: UlogPiece, now: Time, sink: &mut impl Sink) -> bool {
+    pub(super) fn handle(&mut self, piece: UlogPiece, now: Time, sink: &mut dyn Sink) -> bool {
         // Negative: it was there already. The other half of the circle is far ahead.
         let ahead = piece.sequence.wrapping_sub(self.expected).cast_signed();
         if ahead < 0 {
@@ -88,8 +88,18 @@ impl Assembler {
         true
     }
 
+    /// How many bytes of it have been written.
+    pub(super) fn written(&self) -> u64 {
+        self.position
+    }
+
+    /// How many bytes wait for what is missing before them.
+    pub(super) fn held(&self) -> usize {
+        self.partial.len() + self.held.iter().map(|piece| piece.data.len()).sum::<usize>()
+    }
+
     /// Gives up what is missing for too long.
-    pub(super) fn handle_timeout(&mut self, now: Time, sink: &mut impl Sink) {
+    pub(super) fn handle_timeout(&mut self, now: Time, sink: &mut dyn Sink) {
         if self.poll_timeout().is_some_and(|at| at <= now) {
             self.skip_gap(now, sink);
         }
@@ -101,13 +111,13 @@ impl Assembler {
     }
 
     /// Nothing more will come: what is held is all there is.
-    pub(super) fn finish(&mut self, now: Time, sink: &mut impl Sink) {
+    pub(super) fn finish(&mut self, now: Time, sink: &mut dyn Sink) {
         while !self.held.is_empty() {
             self.skip_gap(now, sink);
         }
     }
 
-    fn hold(&mut self, piece: UlogPiece, now: Time, sink: &mut impl Sink) {
+    fn hold(&mut self, piece: UlogPiece, now: Time, sink: &mut dyn Sink) {
         if self.held.iter().any(|held| held.sequence == piece.sequence) {
             return;
         }
@@ -119,7 +129,7 @@ impl Assembler {
     }
 
     /// Goes on with the next piece there is.
-    fn skip_gap(&mut self, now: Time, sink: &mut impl Sink) {
+    fn skip_gap(&mut self, now: Time, sink: &mut dyn Sink) {
         let expected = self.expected;
         let ahead = |piece: &UlogPiece| piece.sequence.wrapping_sub(expected);
         if let Some(next) = self.held.iter().map(ahead).min() {
@@ -133,7 +143,7 @@ impl Assembler {
     }
 
     /// A message of type O: for how many milliseconds something is missing.
-    fn write_dropout(&mut self, now: Time, sink: &mut impl Sink) {
+    fn write_dropout(&mut self, now: Time, sink: &mut dyn Sink) {
         let millis = u16::try_from(now.since(self.last).as_millis()).unwrap_or(u16::MAX);
         let [low, high] = millis.max(1).to_le_bytes();
         if sink.write(self.position, &[2, 0, b'O', low, high]) {
@@ -142,7 +152,7 @@ impl Assembler {
     }
 
     /// Takes the held pieces that are next.
-    fn take_held(&mut self, now: Time, sink: &mut impl Sink) {
+    fn take_held(&mut self, now: Time, sink: &mut dyn Sink) {
         while let Some(at) = self.held.iter().position(|held| held.sequence == self.expected) {
             let piece = self.held.swap_remove(at);
             self.take(&piece, now, sink);
@@ -155,7 +165,7 @@ impl Assembler {
     }
 
     /// Takes the piece that is next.
-    fn take(&mut self, piece: &UlogPiece, now: Time, sink: &mut impl Sink) {
+    fn take(&mut self, piece: &UlogPiece, now: Time, sink: &mut dyn Sink) {
         self.expected = self.expected.wrapping_add(1);
         self.last = now;
         let begin = match (self.is_lost, piece.first) {
@@ -168,7 +178,7 @@ impl Assembler {
     }
 
     /// Writes all messages that are whole now.
-    fn append(&mut self, data: &[u8], sink: &mut impl Sink) {
+    fn append(&mut self, data: &[u8], sink: &mut dyn Sink) {
         self.partial.extend_from_slice(data);
         let mut end = 0;
         while let Some(len) = message_len(&self.partial[end..])

@@ -3,12 +3,15 @@
 //! It is one of the vehicle's own components to each vehicle, the logger 155, on a link inside the
 //! program. It says nothing until a vehicle is heard whose log is wanted.
 
+use std::cell::RefCell;
 use std::collections::VecDeque;
+use std::rc::Rc;
 
 use super::dataflash::Dataflash;
 use super::message::{
     AUTOPILOT, Heard, LOGGING_DATA, LOGGING_DATA_ACKED, REMOTE_LOG_DATA_BLOCK, Said,
 };
+use super::session::{Phase, Session, Turn};
 use super::sink::FlightFeed;
 use super::ulog::Ulog;
 use crate::config::{FlightLog, RecordOptions, RecordWhen};
@@ -33,31 +36,45 @@ const ARMED: u8 = 0x80;
 /// each other.
 const RESTART: u32 = 3_000;
 
-/// Takes the logs that vehicles make; see the module.
+/// Takes the logs that vehicles make; see the module. A clone is the same collector.
+#[derive(Clone, Debug)]
+pub struct Collector(Rc<RefCell<Sessions>>);
+
+/// How the log of one vehicle is getting on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct FlightProgress {
+    /// The system id of the vehicle.
+    pub system: u8,
+    /// The slot that its log has with the writer.
+    pub slot: u8,
+    /// How far it is.
+    pub phase: Phase,
+    /// Bytes of the present log so far.
+    pub bytes: u64,
+    /// Pieces of it that are missing: those that were given up, and those that are asked for.
+    pub missing: u64,
+}
+
 #[derive(Debug)]
-pub struct Collector {
+struct Sessions {
     which: FlightLog,
     when: RecordWhen,
     system: Option<u8>,
     feed: FlightFeed,
     vehicles: Vec<Vehicle>,
     outbox: VecDeque<(u8, Said)>,
+    /// Whether it has taken leave: then it begins nothing any more.
+    is_leaving: bool,
 }
 
 #[derive(Debug)]
 struct Vehicle {
     system: u8,
-    session: Session,
+    session: Box<dyn Session>,
     /// The number of our next frame in its system.
     seq: u8,
     /// Its time since boot, in milliseconds.
     since_boot: u32,
-}
-
-#[derive(Debug)]
-enum Session {
-    Ulog(Ulog),
-    Dataflash(Dataflash),
 }
 
 impl Collector {
@@ -73,25 +90,45 @@ impl Collector {
 
     /// Takes the logs that `options` ask for, and hands them to the writer at the end of `feed`.
     pub fn new(options: &RecordOptions, feed: FlightFeed) -> Self {
-        Self {
+        Self(Rc::new(RefCell::new(Sessions {
             which: options.flight_log,
             when: options.when,
             system: options.flight_log_system,
             feed,
             vehicles: Vec::new(),
             outbox: VecDeque::new(),
+            is_leaving: false,
+        })))
+    }
+
+    /// It is about to end: logs end with what there is, and what it says from now on asks the
+    /// vehicles to stop, so that none sends on to nobody.
+    pub fn leave(&self, now: Time) {
+        let mut sessions = self.0.borrow_mut();
+        sessions.is_leaving = true;
+        for at in 0..sessions.vehicles.len() {
+            sessions.with(at, now, |session, turn| session.leave(turn));
         }
     }
 
+    /// How the log of each vehicle is getting on.
+    pub fn progress(&self) -> Vec<FlightProgress> {
+        let progress = |(vehicle, slot): (&Vehicle, u8)| {
+            let (bytes, missing) = vehicle.session.progress();
+            let phase = vehicle.session.phase();
+            FlightProgress { system: vehicle.system, slot, phase, bytes, missing }
+        };
+        self.0.borrow().vehicles.iter().zip(0..).map(progress).collect()
+    }
+}
+
+impl Sessions {
     fn handle_heartbeat(&mut self, frame: &Frame<'_>, now: Time) {
         let system = frame.header().source.system;
         let Some(at) = self.find_or_add(system, frame.payload_byte(5)) else { return };
         let is_armed = frame.payload_byte(6) & ARMED != 0;
         let is_wanted = self.when == RecordWhen::Always || is_armed;
-        self.with(at, |session, sink, out| match session {
-            Session::Ulog(ulog) => ulog.set_wanted(is_wanted, now, sink, out),
-            Session::Dataflash(log) => log.set_wanted(is_wanted, now, sink, out),
-        });
+        self.with(at, now, |session, turn| session.set_wanted(is_wanted, turn));
     }
 
     fn find_or_add(&mut self, system: u8, autopilot: u8) -> Option<usize> {
@@ -102,11 +139,11 @@ impl Collector {
         if self.system.is_some_and(|wanted| wanted != system) {
             return None;
         }
-        let session = match (self.which, autopilot) {
+        let session: Box<dyn Session> = match (self.which, autopilot) {
             (FlightLog::Off, _) | (_, NO_AUTOPILOT) => return None,
-            (FlightLog::Ulog, _) | (FlightLog::Auto, PX4) => Session::Ulog(Ulog::new(system)),
+            (FlightLog::Ulog, _) | (FlightLog::Auto, PX4) => Box::new(Ulog::new(system)),
             (FlightLog::Dataflash, _) | (FlightLog::Auto, ARDUPILOT) => {
-                Session::Dataflash(Dataflash::new(system))
+                Box::new(Dataflash::new(system))
             }
             (FlightLog::Auto, _) => return None,
         };
@@ -119,23 +156,17 @@ impl Collector {
         let since_boot = u32::from_le_bytes(bytes);
         let before = std::mem::replace(&mut self.vehicles[at].since_boot, since_boot);
         if since_boot.saturating_add(RESTART) < before {
-            self.with(at, |session, sink, out| match session {
-                Session::Ulog(ulog) => ulog.handle_reboot(now, sink, out),
-                Session::Dataflash(log) => log.handle_reboot(now, sink, out),
-            });
+            self.with(at, now, |session, turn| session.handle_reboot(turn));
         }
     }
 
     /// Does something with the session of a vehicle; what it has to say goes to the outbox.
-    fn with(
-        &mut self,
-        at: usize,
-        act: impl FnOnce(&mut Session, &mut super::sink::FlightSink<'_>, &mut Vec<Said>),
-    ) {
+    fn with(&mut self, at: usize, now: Time, act: impl FnOnce(&mut dyn Session, &mut Turn<'_>)) {
         let Some(vehicle) = self.vehicles.get_mut(at) else { return };
         let mut out = Vec::new();
         // At most `VEHICLES`.
-        act(&mut vehicle.session, &mut self.feed.sink(at as u8), &mut out);
+        let mut sink = self.feed.sink(at as u8);
+        act(&mut *vehicle.session, &mut Turn { now, sink: &mut sink, out: &mut out });
         let system = vehicle.system;
         let room = OUTBOX - self.outbox.len();
         self.outbox.extend(out.into_iter().take(room).map(|said| (system, said)));
@@ -144,28 +175,14 @@ impl Collector {
     fn handle_timeouts(&mut self, now: Time) {
         for at in 0..self.vehicles.len() {
             if self.vehicles[at].session.poll_timeout().is_some_and(|due| due <= now) {
-                self.with(at, |session, sink, out| match session {
-                    Session::Ulog(ulog) => ulog.handle_timeout(now, sink, out),
-                    Session::Dataflash(log) => log.handle_timeout(now, sink, out),
-                });
+                self.with(at, now, |session, turn| session.handle_timeout(turn));
             }
         }
     }
-}
 
-impl Session {
-    fn poll_timeout(&self) -> Option<Time> {
-        match self {
-            Self::Ulog(ulog) => ulog.poll_timeout(),
-            Self::Dataflash(log) => log.poll_timeout(),
-        }
-    }
-}
-
-impl LocalPeer for Collector {
     fn handle_frame(&mut self, frame: &Frame<'_>, now: Time) {
         let header = frame.header();
-        if header.source.component != AUTOPILOT {
+        if header.source.component != AUTOPILOT || self.is_leaving {
             return;
         }
         if header.id == MessageId::HEARTBEAT {
@@ -176,14 +193,11 @@ impl LocalPeer for Collector {
         if header.id == MessageId::SYSTEM_TIME {
             self.handle_system_time(at, frame, now);
         } else if let Some(heard) = Heard::read(frame) {
-            self.with(at, |session, sink, out| match session {
-                Session::Ulog(ulog) => ulog.handle(heard, now, sink, out),
-                Session::Dataflash(log) => log.handle(&heard, now, sink, out),
-            });
+            self.with(at, now, |session, turn| session.handle(heard, turn));
         }
     }
 
-    fn poll_transmit(&mut self, now: Time, out: &mut Vec<u8>) -> bool {
+    fn say_next(&mut self, now: Time, out: &mut Vec<u8>) -> bool {
         self.handle_timeouts(now);
         let Some((system, said)) = self.outbox.pop_front() else { return false };
         let vehicle = self.vehicles.iter_mut().find(|vehicle| vehicle.system == system);
@@ -194,8 +208,22 @@ impl LocalPeer for Collector {
         said.encode(system, seq, out);
         true
     }
+}
+
+impl LocalPeer for Collector {
+    fn handle_frame(&mut self, frame: &Frame<'_>, now: Time) {
+        self.0.borrow_mut().handle_frame(frame, now);
+    }
+
+    fn poll_transmit(&mut self, now: Time, out: &mut Vec<u8>) -> bool {
+        self.0.borrow_mut().say_next(now, out)
+    }
 
     fn poll_timeout(&self) -> Option<Time> {
-        self.vehicles.iter().filter_map(|vehicle| vehicle.session.poll_timeout()).min()
+        let sessions = self.0.borrow();
+        sessions.vehicles.iter().filter_map(|vehicle| vehicle.session.poll_timeout()).min()
     }
 }
+
+#[cfg(test)]
+mod tests;

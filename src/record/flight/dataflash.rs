@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use super::message::{BLOCK, Heard, Said};
-use super::sink::Sink;
+use super::session::{Phase, Session, Turn};
 use crate::routing::Time;
 
 /// Numbers that are none: MAV_REMOTE_LOG_DATA_BLOCK_STOP and MAV_REMOTE_LOG_DATA_BLOCK_START.
@@ -73,6 +73,8 @@ struct Log {
     missing: BTreeMap<u32, u8>,
     /// When they are asked for again.
     ask_at: Option<Time>,
+    /// How many blocks were given up.
+    given_up: u64,
 }
 
 impl Dataflash {
@@ -80,74 +82,22 @@ impl Dataflash {
         Self { system, state: State::Idle, timer: None, log: None }
     }
 
-    /// A log is wanted from now on, or is not.
-    pub(super) fn set_wanted(
-        &mut self,
-        is_wanted: bool,
-        now: Time,
-        sink: &mut impl Sink,
-        out: &mut Vec<Said>,
-    ) {
-        match (is_wanted, self.state) {
-            (true, State::Idle) => self.start(now, out),
-            (true, State::Stopping(_)) => {
-                // What comes from now on is another log.
-                self.finish(sink);
-                self.stop(out);
-                self.start(now, out);
-            }
-            (false, State::Starting | State::Running | State::Silent) => {
-                self.stop(out);
-                (self.state, self.timer) = (State::Stopping(now + LATE), Some(now + AGAIN));
-            }
-            _ => {}
-        }
-    }
-
-    /// The vehicle has started again: its log has ended, and another may begin.
-    pub(super) fn handle_reboot(&mut self, now: Time, sink: &mut impl Sink, out: &mut Vec<Said>) {
-        self.finish(sink);
-        match self.state {
-            State::Starting | State::Running | State::Silent => self.start(now, out),
-            State::Idle | State::Stopping(_) => (self.state, self.timer) = (State::Idle, None),
-        }
-    }
-
-    pub(super) fn handle(
-        &mut self,
-        heard: &Heard,
-        now: Time,
-        sink: &mut impl Sink,
-        out: &mut Vec<Said>,
-    ) {
-        let Heard::Block(number, bytes) = heard else { return };
-        if *number >= STOP {
-            return;
-        }
-        match self.state {
-            // Nobody wants it: the vehicle shall stop.
-            State::Idle => return self.stop(out),
-            State::Starting if *number < BEGINNING => self.begin(sink),
-            State::Silent if self.is_another(*number) => self.begin(sink),
-            // A log that was begun for somebody else: without its beginning it is of no use.
-            State::Starting => return self.begin_anew(now, out),
-            _ => {}
-        }
-        if !sink.has_room(BLOCK) {
-            // Not acknowledged, it comes again.
+    /// Takes a block, if there is room for it: not acknowledged, it comes again.
+    fn take(&mut self, number: u32, bytes: &[u8; BLOCK], turn: &mut Turn<'_>) {
+        if !turn.sink.has_room(BLOCK) {
             return;
         }
         if let Some(log) = &mut self.log
-            && *number < log.next.saturating_add(AHEAD)
-            && sink.write(u64::from(*number) * BLOCK as u64, bytes)
+            && number < log.next.saturating_add(AHEAD)
+            && turn.sink.write(u64::from(number) * BLOCK as u64, bytes)
         {
-            log.handle(*number, now);
-            out.push(self.status(*number, true));
+            log.handle(number, turn.now);
+            turn.out.push(self.status(number, true));
         }
         if !matches!(self.state, State::Stopping(_)) {
-            (self.state, self.timer) = (State::Running, Some(now + SILENCE));
+            (self.state, self.timer) = (State::Running, Some(turn.now + SILENCE));
         }
-        self.ask(now, out);
+        self.ask(turn);
     }
 
     /// Whether a block after a long silence is of another log: its numbers begin anew.
@@ -157,83 +107,141 @@ impl Dataflash {
     }
 
     /// Has the vehicle begin anew; what is on its way may still be of the log before.
-    fn begin_anew(&mut self, now: Time, out: &mut Vec<Said>) {
-        if self.timer.is_none_or(|at| at <= now + AGAIN / 2) {
-            self.stop(out);
-            self.start(now, out);
+    fn begin_anew(&mut self, turn: &mut Turn<'_>) {
+        if self.timer.is_none_or(|at| at <= turn.now + AGAIN / 2) {
+            self.say(STOP, turn);
+            self.start(turn);
         }
     }
 
-    fn begin(&mut self, sink: &mut impl Sink) {
-        self.finish(sink);
-        sink.open("bin");
-        self.log = Some(Log { next: 0, missing: BTreeMap::new(), ask_at: None });
-    }
-
-    pub(super) fn handle_timeout(&mut self, now: Time, sink: &mut impl Sink, out: &mut Vec<Said>) {
-        self.ask(now, out);
-        if self.timer.is_none_or(|at| at > now) {
-            return;
-        }
-        match self.state {
-            State::Idle => self.timer = None,
-            State::Starting => self.start(now, out),
-            State::Running | State::Silent => {
-                out.push(self.status(START, true));
-                (self.state, self.timer) = (State::Silent, Some(now + SILENCE));
-            }
-            State::Stopping(until) if until <= now => {
-                self.finish(sink);
-                (self.state, self.timer) = (State::Idle, None);
-            }
-            State::Stopping(_) => {
-                self.stop(out);
-                self.timer = Some(now + AGAIN);
-            }
-        }
-    }
-
-    pub(super) fn poll_timeout(&self) -> Option<Time> {
-        let ask_at = self.log.as_ref().and_then(|log| log.ask_at);
-        self.timer.into_iter().chain(ask_at).min()
+    fn begin(&mut self, turn: &mut Turn<'_>) {
+        self.finish(turn);
+        turn.sink.open("bin");
+        self.log = Some(Log { next: 0, missing: BTreeMap::new(), ask_at: None, given_up: 0 });
     }
 
     /// Asks for the blocks that are missing, if it is time to.
-    fn ask(&mut self, now: Time, out: &mut Vec<Said>) {
+    fn ask(&mut self, turn: &mut Turn<'_>) {
         let system = self.system;
         let Some(log) = &mut self.log else { return };
-        if log.ask_at.is_some_and(|at| at <= now) {
+        if log.ask_at.is_some_and(|at| at <= turn.now) {
             for number in log.next_asked() {
                 log.missing.entry(number).and_modify(|asked| *asked += 1);
-                out.push(Said::block_status(system, number, false));
+                turn.out.push(Said::block_status(system, number, false));
             }
-            log.missing.retain(|_, asked| *asked < NACKS);
-            log.ask_at = (!log.missing.is_empty()).then(|| now + NACK_AGAIN);
+            log.give_up();
+            log.ask_at = (!log.missing.is_empty()).then(|| turn.now + NACK_AGAIN);
         }
     }
 
-    fn start(&mut self, now: Time, out: &mut Vec<Said>) {
-        out.push(self.status(START, true));
-        (self.state, self.timer) = (State::Starting, Some(now + AGAIN));
-    }
-
-    fn stop(&self, out: &mut Vec<Said>) {
-        out.push(self.status(STOP, true));
+    fn say(&self, number: u32, turn: &mut Turn<'_>) {
+        turn.out.push(self.status(number, true));
     }
 
     fn status(&self, number: u32, has_arrived: bool) -> Said {
         Said::block_status(self.system, number, has_arrived)
     }
+}
 
-    /// The log ends with what there is.
-    fn finish(&mut self, sink: &mut impl Sink) {
-        if self.log.take().is_some() {
-            sink.close();
+impl Session for Dataflash {
+    fn phase(&self) -> Phase {
+        match self.state {
+            State::Idle => Phase::Idle,
+            State::Starting => Phase::Asking,
+            State::Running | State::Silent => Phase::Running,
+            State::Stopping(_) => Phase::Stopping,
         }
+    }
+
+    fn progress(&self) -> (u64, u64) {
+        self.log.as_ref().map_or((0, 0), Log::progress)
+    }
+
+    /// No bytes, but the numbers of blocks.
+    fn held(&self) -> usize {
+        self.log.as_ref().map_or(0, |log| log.missing.len() * size_of::<(u32, u8)>())
+    }
+
+    fn start(&mut self, turn: &mut Turn<'_>) {
+        self.say(START, turn);
+        (self.state, self.timer) = (State::Starting, Some(turn.now + AGAIN));
+    }
+
+    fn stop(&mut self, turn: &mut Turn<'_>) {
+        self.say(STOP, turn);
+        (self.state, self.timer) = (State::Stopping(turn.now + LATE), Some(turn.now + AGAIN));
+    }
+
+    fn finish(&mut self, turn: &mut Turn<'_>) {
+        if self.log.take().is_some() {
+            turn.sink.close();
+        }
+    }
+
+    fn rest(&mut self) {
+        (self.state, self.timer) = (State::Idle, None);
+    }
+
+    fn handle(&mut self, heard: Heard, turn: &mut Turn<'_>) {
+        let Heard::Block(number, bytes) = heard else { return };
+        if number >= STOP {
+            return;
+        }
+        match self.state {
+            // Nobody wants it: the vehicle shall stop.
+            State::Idle => return self.say(STOP, turn),
+            State::Starting if number < BEGINNING => self.begin(turn),
+            State::Silent if self.is_another(number) => self.begin(turn),
+            // A log that was begun for somebody else: without its beginning it is of no use.
+            State::Starting => return self.begin_anew(turn),
+            _ => {}
+        }
+        self.take(number, &bytes, turn);
+    }
+
+    fn handle_timeout(&mut self, turn: &mut Turn<'_>) {
+        self.ask(turn);
+        if self.timer.is_none_or(|at| at > turn.now) {
+            return;
+        }
+        match self.state {
+            State::Idle => self.timer = None,
+            State::Starting => self.start(turn),
+            State::Running | State::Silent => {
+                self.say(START, turn);
+                (self.state, self.timer) = (State::Silent, Some(turn.now + SILENCE));
+            }
+            State::Stopping(until) if until <= turn.now => {
+                self.finish(turn);
+                self.rest();
+            }
+            State::Stopping(_) => {
+                self.say(STOP, turn);
+                self.timer = Some(turn.now + AGAIN);
+            }
+        }
+    }
+
+    fn poll_timeout(&self) -> Option<Time> {
+        let ask_at = self.log.as_ref().and_then(|log| log.ask_at);
+        self.timer.into_iter().chain(ask_at).min()
     }
 }
 
 impl Log {
+    /// How many bytes there are, and how many blocks are missing.
+    fn progress(&self) -> (u64, u64) {
+        let missing = self.given_up + self.missing.len() as u64;
+        ((u64::from(self.next) * BLOCK as u64), missing)
+    }
+
+    /// Asks no more for what was asked for often enough.
+    fn give_up(&mut self) {
+        let before = self.missing.len();
+        self.missing.retain(|_, asked| *asked < NACKS);
+        self.given_up += (before - self.missing.len()) as u64;
+    }
+
     /// The blocks to ask for: those first that were asked for least.
     fn next_asked(&self) -> impl Iterator<Item = u32> + use<> {
         let mut missing: Vec<_> =
@@ -248,9 +256,11 @@ impl Log {
         if number >= self.next {
             // The latest are those that the vehicle may still have.
             let first = self.next.max(number.saturating_sub(MISSING as u32));
+            self.given_up += u64::from(first - self.next);
             self.missing.extend((first..number).map(|missing| (missing, 0)));
             while self.missing.len() > MISSING {
                 self.missing.pop_first();
+                self.given_up += 1;
             }
             self.next = number + 1;
         }

@@ -8,11 +8,15 @@
 mod assembler;
 mod collector;
 mod dataflash;
+mod fuzz;
 mod message;
+mod session;
 mod sink;
 #[cfg(test)]
 mod stage;
 mod ulog;
 
-pub use collector::Collector;
+pub use collector::{Collector, FlightProgress};
+pub use fuzz::fuzz_flight;
+pub use session::Phase;
 pub use sink::FlightFeed;

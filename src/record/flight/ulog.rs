@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::assembler::Assembler;
 use super::message::{Heard, START, STOP, Said, UlogPiece};
-use super::sink::Sink;
+use super::session::{Phase, Session, Turn};
 use crate::routing::Time;
 
 /// How long an answer is waited for before the vehicle is asked again.
@@ -53,147 +53,119 @@ impl Ulog {
         Self { system, state: State::Idle, timer: None, log: None, failures: 0 }
     }
 
-    /// A log is wanted from now on, or is not.
-    pub(super) fn set_wanted(
-        &mut self,
-        is_wanted: bool,
-        now: Time,
-        sink: &mut impl Sink,
-        out: &mut Vec<Said>,
-    ) {
-        match (is_wanted, self.state) {
-            (true, State::Idle) => self.start(now, out),
-            (true, State::Stopping(_)) => {
-                // What comes from now on is another log.
-                self.finish(now, sink);
-                out.push(Said::command(self.system, STOP));
-                self.start(now, out);
-            }
-            (false, State::Starting | State::Running) => {
-                out.push(Said::command(self.system, STOP));
-                (self.state, self.timer) = (State::Stopping(1), Some(now + AGAIN));
-            }
-            _ => {}
-        }
-    }
-
-    /// The vehicle has started again: its log has ended, and another may begin.
-    pub(super) fn handle_reboot(&mut self, now: Time, sink: &mut impl Sink, out: &mut Vec<Said>) {
-        self.finish(now, sink);
-        match self.state {
-            State::Starting | State::Running => self.start(now, out),
-            State::Idle | State::Stopping(_) => self.rest(),
-        }
-    }
-
-    pub(super) fn handle(
-        &mut self,
-        heard: Heard,
-        now: Time,
-        sink: &mut impl Sink,
-        out: &mut Vec<Said>,
-    ) {
-        match heard {
-            Heard::Answer(START, result) if self.state == State::Starting => match result {
-                ACCEPTED | LATER | IN_PROGRESS => {}
-                _ => self.timer = Some(now + MUCH_LATER),
-            },
-            Heard::Answer(STOP, _) if matches!(self.state, State::Stopping(_)) => {
-                self.finish(now, sink);
-                self.rest();
-            }
-            Heard::Ulog(piece) => self.handle_piece(piece, now, sink, out),
-            _ => {}
-        }
-    }
-
-    fn handle_piece(
-        &mut self,
-        piece: UlogPiece,
-        now: Time,
-        sink: &mut impl Sink,
-        out: &mut Vec<Said>,
-    ) {
+    fn handle_piece(&mut self, piece: UlogPiece, turn: &mut Turn<'_>) {
         let ack = piece.wants_ack.then(|| Said::logging_ack(self.system, piece.sequence));
         let is_safe = match (&mut self.log, self.state) {
-            (Some(log), _) => log.handle(piece, now, sink),
-            (None, State::Starting) => return self.begin(&piece, ack, now, sink, out),
+            (Some(log), _) => log.handle(piece, turn.now, turn.sink),
+            (None, State::Starting) => return self.begin(&piece, ack, turn),
             // Nobody wants it: the vehicle shall not send it again and again.
             (None, _) => true,
         };
         if self.state == State::Running {
-            self.timer = Some(now + SILENCE);
+            self.timer = Some(turn.now + SILENCE);
         }
-        out.extend(ack.filter(|_| is_safe));
+        turn.out.extend(ack.filter(|_| is_safe));
     }
 
     /// The first piece of a log has come, or a later one of a log that somebody else has begun.
-    fn begin(
-        &mut self,
-        piece: &UlogPiece,
-        ack: Option<Said>,
-        now: Time,
-        sink: &mut impl Sink,
-        out: &mut Vec<Said>,
-    ) {
-        self.log = Assembler::begin(piece, now, sink);
+    fn begin(&mut self, piece: &UlogPiece, ack: Option<Said>, turn: &mut Turn<'_>) {
+        self.log = Assembler::begin(piece, turn.now, turn.sink);
         if self.log.is_some() {
-            (self.state, self.timer) = (State::Running, Some(now + SILENCE));
+            (self.state, self.timer) = (State::Running, Some(turn.now + SILENCE));
             self.failures = 0;
-            out.extend(ack);
+            turn.out.extend(ack);
         } else if self.failures < STOPS {
             // Without its beginning a log is of no use: that vehicle has to begin anew.
             self.failures += 1;
-            out.push(Said::command(self.system, STOP));
-            out.push(Said::command(self.system, START));
+            turn.out.push(Said::command(self.system, STOP));
+            turn.out.push(Said::command(self.system, START));
         }
     }
 
-    pub(super) fn handle_timeout(&mut self, now: Time, sink: &mut impl Sink, out: &mut Vec<Said>) {
-        if let Some(log) = &mut self.log {
-            log.handle_timeout(now, sink);
-        }
-        if self.timer.is_none_or(|at| at > now) {
-            return;
-        }
+    fn ask_to_stop(&mut self, count: u8, turn: &mut Turn<'_>) {
+        turn.out.push(Said::command(self.system, STOP));
+        (self.state, self.timer) = (State::Stopping(count), Some(turn.now + AGAIN));
+    }
+}
+
+impl Session for Ulog {
+    fn phase(&self) -> Phase {
         match self.state {
-            State::Idle => self.timer = None,
-            State::Starting => self.start(now, out),
-            State::Running => {
-                self.finish(now, sink);
-                self.start(now, out);
-            }
-            State::Stopping(count) if count >= STOPS => {
-                self.finish(now, sink);
-                self.rest();
-            }
-            State::Stopping(count) => {
-                out.push(Said::command(self.system, STOP));
-                (self.state, self.timer) = (State::Stopping(count + 1), Some(now + AGAIN));
-            }
+            State::Idle => Phase::Idle,
+            State::Starting => Phase::Asking,
+            State::Running => Phase::Running,
+            State::Stopping(_) => Phase::Stopping,
         }
     }
 
-    pub(super) fn poll_timeout(&self) -> Option<Time> {
-        let gap = self.log.as_ref().and_then(Assembler::poll_timeout);
-        self.timer.into_iter().chain(gap).min()
+    fn progress(&self) -> (u64, u64) {
+        self.log.as_ref().map_or((0, 0), |log| (log.written(), log.gaps))
     }
 
-    fn start(&mut self, now: Time, out: &mut Vec<Said>) {
-        out.push(Said::command(self.system, START));
-        (self.state, self.timer, self.failures) = (State::Starting, Some(now + AGAIN), 0);
+    fn held(&self) -> usize {
+        self.log.as_ref().map_or(0, Assembler::held)
+    }
+
+    fn start(&mut self, turn: &mut Turn<'_>) {
+        turn.out.push(Said::command(self.system, START));
+        (self.state, self.timer, self.failures) = (State::Starting, Some(turn.now + AGAIN), 0);
+    }
+
+    fn stop(&mut self, turn: &mut Turn<'_>) {
+        self.ask_to_stop(1, turn);
+    }
+
+    fn finish(&mut self, turn: &mut Turn<'_>) {
+        if let Some(mut log) = self.log.take() {
+            log.finish(turn.now, turn.sink);
+            turn.sink.close();
+        }
     }
 
     fn rest(&mut self) {
         (self.state, self.timer) = (State::Idle, None);
     }
 
-    /// The log ends with what there is.
-    fn finish(&mut self, now: Time, sink: &mut impl Sink) {
-        if let Some(mut log) = self.log.take() {
-            log.finish(now, sink);
-            sink.close();
+    fn handle(&mut self, heard: Heard, turn: &mut Turn<'_>) {
+        match heard {
+            Heard::Answer(START, result) if self.state == State::Starting => match result {
+                ACCEPTED | LATER | IN_PROGRESS => {}
+                _ => self.timer = Some(turn.now + MUCH_LATER),
+            },
+            Heard::Answer(STOP, _) if matches!(self.state, State::Stopping(_)) => {
+                self.finish(turn);
+                self.rest();
+            }
+            Heard::Ulog(piece) => self.handle_piece(piece, turn),
+            _ => {}
         }
+    }
+
+    fn handle_timeout(&mut self, turn: &mut Turn<'_>) {
+        if let Some(log) = &mut self.log {
+            log.handle_timeout(turn.now, turn.sink);
+        }
+        if self.timer.is_none_or(|at| at > turn.now) {
+            return;
+        }
+        match self.state {
+            State::Idle => self.timer = None,
+            State::Starting => self.start(turn),
+            State::Running => {
+                self.finish(turn);
+                self.start(turn);
+            }
+            State::Stopping(count) if count >= STOPS => {
+                self.finish(turn);
+                self.rest();
+            }
+            State::Stopping(count) => self.ask_to_stop(count + 1, turn),
+        }
+    }
+
+    fn poll_timeout(&self) -> Option<Time> {
+        let gap = self.log.as_ref().and_then(Assembler::poll_timeout);
+        self.timer.into_iter().chain(gap).min()
     }
 }
 

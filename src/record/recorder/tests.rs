@@ -3,11 +3,11 @@
 use std::fs::{self, File};
 use std::path::PathBuf;
 
-use super::super::test_dir::TestDir;
 use super::super::tlog::TlogReader;
 use super::*;
-use crate::mavlink::{Checker, Component, Dialect, FrameSpec, Input, Splitter, Version, encode};
+use crate::mavlink::{Checker, Component, Dialect, FrameSpec, Input, Splitter};
 use crate::record::RecordState;
+use crate::test_dir::TestDir;
 
 const LIMIT: Duration = Duration::from_secs(60);
 
@@ -87,18 +87,8 @@ fn frame_of(
     payload: &[u8],
     signature: Option<[u8; 13]>,
 ) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    let spec = FrameSpec {
-        version: Version::V2,
-        seq: 0,
-        source,
-        id: MessageId(id),
-        crc_extra,
-        payload,
-        signature,
-    };
-    encode(&spec, &mut bytes);
-    bytes
+    let spec = FrameSpec::new(source, MessageId(id), crc_extra, payload);
+    FrameSpec { signature, ..spec }.to_frame()
 }
 
 /// A heartbeat of an autopilot (3) or of a ground station (8).

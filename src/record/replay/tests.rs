@@ -3,25 +3,16 @@
 use std::fs;
 
 use super::*;
-use crate::mavlink::{Component, FrameSpec, MessageId, Version, encode};
-use crate::record::test_dir::TestDir;
+use crate::mavlink::{Component, FrameSpec, MessageId};
 use crate::record::write_record;
+use crate::test_dir::TestDir;
 
 /// So many frames, one each 10 ms.
 fn frames(count: u32) -> Vec<Vec<u8>> {
     let frame = |number: u32| {
-        let mut bytes = Vec::new();
-        let spec = FrameSpec {
-            version: Version::V2,
-            seq: number as u8,
-            source: Component::new(1, 1),
-            id: MessageId(30),
-            crc_extra: 39,
-            payload: &number.to_le_bytes(),
-            signature: None,
-        };
-        encode(&spec, &mut bytes);
-        bytes
+        let payload = number.to_le_bytes();
+        let spec = FrameSpec::new(Component::new(1, 1), MessageId(30), 39, &payload);
+        FrameSpec { seq: number as u8, ..spec }.to_frame()
     };
     (1..=count).map(|number| frame(number | 1 << 24)).collect()
 }

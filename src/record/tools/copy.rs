@@ -109,61 +109,34 @@ fn copy(
 #[cfg(test)]
 mod tests {
     use std::path::PathBuf;
-    use std::{env, fs, process};
 
     use super::*;
-    use crate::mavlink::{Component, FrameSpec, MessageId, Version, encode};
+    use crate::mavlink::{Component, FrameSpec, MessageId};
     use crate::routing::FilterLists;
+    use crate::test_dir::TestDir;
 
-    /// A directory that goes when the test is over.
-    struct Dir(PathBuf);
-
-    impl Dir {
-        fn new(name: &str) -> Self {
-            let dir = env::temp_dir().join(format!("mavswitch-copy-{name}-{}", process::id()));
-            fs::create_dir_all(&dir).unwrap();
-            Self(dir)
-        }
-
-        /// A log with a HEARTBEAT and an ATTITUDE of each system, at each of these seconds.
-        fn log(&self, name: &str, seconds: &[u64], system: u8) -> PathBuf {
-            let mut log = Vec::new();
-            for second in seconds {
-                for (id, crc_extra) in [(0, 50), (30, 39)] {
-                    log.extend((second * 1_000_000).to_be_bytes());
-                    let spec = FrameSpec {
-                        version: Version::V2,
-                        seq: *second as u8,
-                        source: Component::new(system, 1),
-                        id: MessageId(id),
-                        crc_extra,
-                        payload: &[1; 9],
-                        signature: None,
-                    };
-                    encode(&spec, &mut log);
-                }
+    /// A log with a HEARTBEAT and an ATTITUDE of a system, at each of these seconds.
+    fn log(dir: &TestDir, name: &str, seconds: &[u64], system: u8) -> PathBuf {
+        let mut log = Vec::new();
+        for second in seconds {
+            for (id, crc_extra) in [(0, 50), (30, 39)] {
+                let source = Component::new(system, 1);
+                let spec = FrameSpec::new(source, MessageId(id), crc_extra, &[1; 9]);
+                write_record(&mut log, second * 1_000_000, &spec.to_frame()).unwrap();
             }
-            let path = self.0.join(name);
-            fs::write(&path, log).unwrap();
-            path
         }
-
-        /// The second, the system and the message of each record.
-        fn read(&self, name: &str) -> Vec<(u64, u8, u32)> {
-            let file = File::open(self.0.join(name)).unwrap();
-            let (mut reader, mut records) = (TlogReader::new(file), Vec::new());
-            while let Some(record) = reader.next_record().unwrap() {
-                let header = record.frame.header();
-                records.push((record.micros / 1_000_000, header.source.system, header.id.0));
-            }
-            records
-        }
+        dir.write(name, log)
     }
 
-    impl Drop for Dir {
-        fn drop(&mut self) {
-            let _ = fs::remove_dir_all(&self.0);
+    /// The second, the system and the message of each record.
+    fn read(dir: &TestDir, name: &str) -> Vec<(u64, u8, u32)> {
+        let file = File::open(dir.path().join(name)).unwrap();
+        let (mut reader, mut records) = (TlogReader::new(file), Vec::new());
+        while let Some(record) = reader.next_record().unwrap() {
+            let header = record.frame.header();
+            records.push((record.micros / 1_000_000, header.source.system, header.id.0));
         }
+        records
     }
 
     fn part(from: &str, to: &str, lists: &FilterLists) -> Selection {
@@ -172,22 +145,23 @@ mod tests {
 
     #[test]
     fn a_part_is_cut_out_by_time_since_the_start_and_by_date() {
-        let dir = Dir::new("cut");
-        let log = dir.log("all", &[100, 101, 102, 103], 1);
+        let dir = TestDir::new();
+        let whole = log(&dir, "all", &[100, 101, 102, 103], 1);
         let lists = FilterLists { allow_messages: vec![MessageId(30)], ..FilterLists::default() };
         for (name, from, to) in [("a", "1", "3s"), ("b", "1970-01-01T00:01:41", "3")] {
-            let copied = filter(&log, &dir.0.join(name), &mut part(from, to, &lists)).unwrap();
+            let copied =
+                filter(&whole, &dir.path().join(name), &mut part(from, to, &lists)).unwrap();
             assert_eq!((copied.written, copied.read, copied.skipped_bytes), (2, 8, 0));
-            assert_eq!(dir.read(name), [(101, 1, 30), (102, 1, 30)]);
+            assert_eq!(read(&dir, name), [(101, 1, 30), (102, 1, 30)]);
         }
     }
 
     #[test]
     fn logs_are_merged_in_the_order_of_their_times() {
-        let dir = Dir::new("merge");
-        let (one, two) = (dir.log("one", &[1, 3], 1), dir.log("two", &[2, 3, 4], 2));
-        merge(&[&one, &two], &dir.0.join("both")).unwrap();
-        let times: Vec<_> = dir.read("both").iter().map(|it| (it.0, it.1)).collect();
+        let dir = TestDir::new();
+        let (one, two) = (log(&dir, "one", &[1, 3], 1), log(&dir, "two", &[2, 3, 4], 2));
+        merge(&[&one, &two], &dir.path().join("both")).unwrap();
+        let times: Vec<_> = read(&dir, "both").iter().map(|it| (it.0, it.1)).collect();
         let expected =
             [(1, 1), (1, 1), (2, 2), (2, 2), (3, 1), (3, 1), (3, 2), (3, 2), (4, 2), (4, 2)];
         assert_eq!(times, expected);
@@ -195,16 +169,15 @@ mod tests {
 
     #[test]
     fn nothing_is_overwritten_and_what_is_no_log_is_told() {
-        let dir = Dir::new("refuse");
-        let log = dir.log("log", &[1], 1);
+        let dir = TestDir::new();
+        let whole = log(&dir, "log", &[1], 1);
         let all = || part("", "", &FilterLists::default());
-        let error = filter(&log, &log, &mut all()).unwrap_err().to_string();
+        let error = filter(&whole, &whole, &mut all()).unwrap_err().to_string();
         assert!(error.ends_with("(choose another name, or remove it)"), "{error}");
-        assert_eq!(dir.read("log").len(), 2);
-        let text = dir.0.join("text");
-        fs::write(&text, "no log").unwrap();
-        let error = filter(&text, &dir.0.join("new"), &mut all()).unwrap_err().to_string();
+        assert_eq!(read(&dir, "log").len(), 2);
+        let text = dir.write("text", "no log");
+        let error = filter(&text, &dir.path().join("new"), &mut all()).unwrap_err().to_string();
         assert!(error.ends_with("not one whole record in 6 bytes"), "{error}");
-        assert!(!dir.0.join("new").exists());
+        assert!(!dir.path().join("new").exists());
     }
 }

@@ -129,6 +129,11 @@ impl Info {
         Duration::from_micros(self.span.1.saturating_sub(self.span.0))
     }
 
+    /// What a person wants to know of it, with the messages by the names that `dialect` has.
+    pub fn told<'a>(&'a self, dialect: &'a Dialect) -> impl fmt::Display + 'a {
+        Told { info: self, dialect }
+    }
+
     fn rate(&self, frames: u64) -> f64 {
         let seconds = self.duration().as_secs_f64();
         if seconds > 0.0 { frames as f64 / seconds } else { 0.0 }
@@ -158,8 +163,7 @@ impl Info {
         Ok(())
     }
 
-    fn write_messages(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let dialect = Dialect::builtin();
+    fn write_messages(&self, f: &mut fmt::Formatter<'_>, dialect: &Dialect) -> fmt::Result {
         writeln!(f, "\n{:<7} {:<36} {:>10} {:>10}", "id", "message", "frames", "Hz")?;
         for (id, frames) in &self.messages {
             let name = dialect.by_id(*id).map_or("?", |definition| &definition.name);
@@ -170,23 +174,32 @@ impl Info {
         }
         Ok(())
     }
-}
 
-/// What a person wants to know of it.
-impl fmt::Display for Info {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn write_summary(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let ReaderStats { records, bytes, skipped_bytes } = self.stats;
         let (start, end) = (time(self.span.0), time(self.span.1));
         writeln!(f, "from      {start}\nto        {end}")?;
         writeln!(f, "duration  {}", rough(self.duration()))?;
         writeln!(f, "frames    {records} ({:.1} a second)", self.rate(records))?;
         match skipped_bytes {
-            0 => writeln!(f, "bytes     {bytes}")?,
-            skipped => writeln!(f, "bytes     {bytes}, of which {skipped} belong to no frame")?,
+            0 => writeln!(f, "bytes     {bytes}"),
+            skipped => writeln!(f, "bytes     {bytes}, of which {skipped} belong to no frame"),
         }
-        self.write_gaps(f)?;
-        self.write_components(f)?;
-        self.write_messages(f)
+    }
+}
+
+/// What a person wants to know of a log.
+struct Told<'a> {
+    info: &'a Info,
+    dialect: &'a Dialect,
+}
+
+impl fmt::Display for Told<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.info.write_summary(f)?;
+        self.info.write_gaps(f)?;
+        self.info.write_components(f)?;
+        self.info.write_messages(f, self.dialect)
     }
 }
 

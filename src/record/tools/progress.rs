@@ -1,14 +1,8 @@
 //! How far a tool is, on a terminal: nowhere else is anything shown.
 
-use std::time::Duration;
+use indicatif::ProgressBar;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-
-/// How often it is drawn.
-const HZ: u8 = 10;
-
-/// What the bar looks like.
-const LOOK: &str = "{bar:30} {percent:>3} %  {bytes} of {total_bytes}, {eta} left";
+use crate::record::bars;
 
 /// A progress bar on standard error, if that is a terminal.
 pub(super) struct Progress {
@@ -23,13 +17,7 @@ const STEP: u64 = 64 * 1024;
 impl Progress {
     /// Of so many bytes.
     pub(super) fn new(total: u64) -> Self {
-        let target = ProgressDrawTarget::stderr_with_hz(HZ);
-        let bar = ProgressBar::with_draw_target(Some(total), target);
-        if let Ok(style) = ProgressStyle::with_template(LOOK) {
-            bar.set_style(style);
-        }
-        bar.enable_steady_tick(Duration::from_secs(1));
-        Self { bar, unshown: 0 }
+        Self { bar: bars::lone_bar(total), unshown: 0 }
     }
 
     /// So many bytes more were read.

@@ -9,15 +9,6 @@ const TCP: &str = "tcpin:127.0.0.1:0?name=tcp";
 /// How long a driver takes that is stuck, in seconds: far longer than all the rest of a test.
 const STUCK: u32 = 15;
 
-/// Whether system calls can be made to take long here.
-fn can_delay() -> bool {
-    let able = is_there("strace");
-    if !able {
-        println!("skipped: there is no `strace` here");
-    }
-    able
-}
-
 #[test]
 fn a_driver_that_takes_its_time_to_open_a_port_keeps_nobody_waiting() {
     if !can_delay() {

@@ -55,6 +55,15 @@ pub(crate) fn is_there(tool: &str) -> bool {
         .any(|dir| dir.join(tool).is_file())
 }
 
+/// Whether system calls can be made to take long here.
+pub(crate) fn can_delay() -> bool {
+    let able = is_there("strace");
+    if !able {
+        println!("skipped: there is no `strace` here");
+    }
+    able
+}
+
 /// Runs a line of shell that must succeed.
 #[track_caller]
 pub(crate) fn sh(line: &str) {

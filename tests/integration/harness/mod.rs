@@ -24,7 +24,7 @@ mod udp;
 
 use std::time::Duration;
 
-pub(crate) use again::{Actor, in_own_namespaces, is_there, part, sh};
+pub(crate) use again::{Actor, can_delay, in_own_namespaces, is_there, part, sh};
 pub(crate) use condition::{Condition, assert_rests};
 pub(crate) use dir::TempDir;
 pub(crate) use frames::*;

@@ -50,13 +50,23 @@ impl Router {
     /// Starts the router, and has all of its system calls that are called `call` and are about
     /// `path` take so many seconds more: a driver that is stuck.
     pub(crate) fn start_delayed(call: &str, path: &str, seconds: u32, arguments: &[&str]) -> Self {
+        let delay = format!("inject={call}:delay_enter={seconds}s");
+        Self::start_traced(&["-P", path, "-e", &delay], arguments)
+    }
+
+    /// The same for the first so many calls of each thread, whatever they are about, and no other
+    /// call is slower: a disk that stands still.
+    pub(crate) fn start_stuck(call: &str, times: u32, seconds: u32, arguments: &[&str]) -> Self {
+        let delay = format!("inject={call}:delay_enter={seconds}s:when=1..{times}");
+        let only = format!("trace={call}");
+        Self::start_traced(&["--seccomp-bpf", "-e", &only, "-e", &delay], arguments)
+    }
+
+    fn start_traced(how: &[&str], arguments: &[&str]) -> Self {
         let mut command = Command::new("strace");
         // As a grandchild, so that the router is our child.
-        command.args(["-D", "-f", "-qq", "-o", "/dev/null", "-P", path]);
-        command.args(["-e", &format!("inject={call}:delay_enter={seconds}s"), PROGRAM]);
-        let router = Self::spawn(&mut command, false, arguments);
-        router.log.wait_for(&["ready"]);
-        router
+        command.args(["-D", "-f", "-qq", "-o", "/dev/null"]).args(how).arg(PROGRAM);
+        Self::start_command(command, arguments)
     }
 
     /// The same by a command that gives it another name or surroundings.

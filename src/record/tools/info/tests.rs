@@ -1,7 +1,7 @@
 //! Two components, a pause, a loss, and a clock that steps back.
 
 use super::*;
-use crate::mavlink::{FrameSpec, Version, encode};
+use crate::mavlink::FrameSpec;
 
 const START: u64 = 1_700_000_000_000_000;
 
@@ -9,16 +9,10 @@ fn read(records: &[(u64, u8, u8, u32)]) -> Info {
     let mut log = Vec::new();
     for (millis, component, seq, id) in records {
         log.extend((START + millis * 1_000).to_be_bytes());
-        let spec = FrameSpec {
-            version: Version::V2,
-            seq: *seq,
-            source: Component::new(1, *component),
-            id: MessageId(*id),
-            crc_extra: if *id == 0 { 50 } else { 39 },
-            payload: &[1; 9],
-            signature: None,
-        };
-        encode(&spec, &mut log);
+        let extra = if *id == 0 { 50 } else { 39 };
+        let source = Component::new(1, *component);
+        let spec = FrameSpec::new(source, MessageId(*id), extra, &[1; 9]);
+        log.extend(FrameSpec { seq: *seq, ..spec }.to_frame());
     }
     Info::read(TlogReader::new(&log[..]), |_| {}).unwrap()
 }
@@ -35,7 +29,7 @@ fn duration_rates_losses_and_pauses_are_told() {
     assert_eq!((info.gap_count, info.steps_back), (1, 1));
     let gap = Gap { at: START + 1_000_000, duration: Duration::from_secs(3) };
     assert_eq!(info.gaps, [gap]);
-    let text = info.to_string();
+    let text = info.told(&Dialect::builtin()).to_string();
     for words in ["2023-11-14T22:13:20.000Z", "duration  4s", "5 (1.2 a second)", "ATTITUDE"] {
         assert!(text.contains(words), "no `{words}` in:\n{text}");
     }
