@@ -218,3 +218,47 @@ fn read_messages(
     };
     messages.into_iter().map(id).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::mavlink::{Component, FrameSpec};
+    use crate::record::write_record;
+    use crate::test_dir::TestDir;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(subcommand)]
+        command: LogCommand,
+    }
+
+    fn run(words: &[&str]) -> Result<String, LogError> {
+        Line::parse_from([&["log"], words].concat()).command.run()
+    }
+
+    /// A log of a HEARTBEAT and of a message that only this definition file has.
+    #[test]
+    fn messages_of_ones_own_have_their_names() {
+        let dir = TestDir::new();
+        let xml = "<mavlink><messages><message id='11000' name='FLAP_STATE'>\
+                   <field type='uint8_t' name='angle'/></message></messages></mavlink>";
+        let mine = dir.write("mine.xml", xml);
+        let own = load_dialect(&mine).unwrap().remove(0);
+        let mut log = Vec::new();
+        for (id, crc_extra) in [(0, 50), (11_000, own.crc_extra)] {
+            let spec = FrameSpec::new(Component::new(1, 1), MessageId(id), crc_extra, &[7]);
+            write_record(&mut log, 1_000_000, &spec.to_frame()).unwrap();
+        }
+        let log = dir.write("flight.tlog", log);
+        let (log, mine) = (log.to_str().unwrap(), mine.to_str().unwrap());
+        assert!(!run(&["info", log]).unwrap().contains("FLAP_STATE"));
+        assert!(run(&["info", log, "--dialect", mine]).unwrap().contains("11000   FLAP_STATE"));
+        let few = dir.path().join("few.tlog");
+        let only = ["filter", log, "-o", few.to_str().unwrap(), "--allow-messages", "FLAP_STATE"];
+        assert!(matches!(run(&only), Err(LogError::List("allow-messages", ..))));
+        let told = run(&[&only[..], &["--dialect", mine]].concat()).unwrap();
+        assert_eq!(told, "1 of 2 frames written\n");
+    }
+}

@@ -10,7 +10,7 @@ use super::event_loop::{Daemon, Ready};
 use super::links::{Output, StreamOutput};
 use super::peers::Admission;
 use super::timers::Timer;
-use crate::link::{BATCH, Stream};
+use crate::link::{Arrived, Stream};
 use crate::mavlink::{CheckedFrame, FrameBuffer, Input, Splitter};
 use crate::record::Recorder;
 use crate::routing::{LinkId, Router};
@@ -106,9 +106,9 @@ impl Daemon {
                 (true, None) => return true,
             };
             match result {
-                Ok(count) => {
+                Ok(Arrived { count, drained }) => {
                     (0..count).for_each(|slot| self.handle_datagram(index, slot, group));
-                    if count < BATCH {
+                    if drained {
                         return true;
                     }
                 }

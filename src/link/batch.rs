@@ -10,6 +10,9 @@ use crate::mavlink::Splitter;
 /// How many datagrams one system call moves at most.
 pub const BATCH: usize = sys::BATCH;
 
+/// How many are asked for where few came the last time: to ask for more costs time.
+const FEW: usize = 4;
+
 /// The longest UDP payload over IPv4.
 const MAX_DATAGRAM: usize = 65_507;
 
@@ -22,27 +25,48 @@ const SLOT: usize = Splitter::CARRY + MAX_DATAGRAM;
 pub struct Inbox {
     slots: Vec<u8>,
     received: [Received; BATCH],
+    /// Whether many came the last time.
+    is_busy: bool,
+}
+
+/// How many datagrams came.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Arrived {
+    /// How many: they stand in the first slots.
+    pub count: usize,
+    /// Whether there are no more for now.
+    pub drained: bool,
 }
 
 impl Inbox {
     /// An empty one.
     pub fn new() -> Self {
         let received = [Received { len: 0, source: None }; BATCH];
-        Self { slots: vec![0; SLOT * BATCH], received }
+        Self { slots: vec![0; SLOT * BATCH], received, is_busy: false }
     }
 
-    /// Receives up to [`BATCH`] datagrams, one into each slot; says how many came.
+    /// Receives up to [`BATCH`] datagrams, one into each slot.
     ///
     /// # Errors
     ///
     /// As `recvmmsg(2)`; `WouldBlock` if there is none.
-    pub fn receive(&mut self, socket: impl AsFd) -> io::Result<usize> {
+    pub fn receive(&mut self, socket: impl AsFd) -> io::Result<Arrived> {
+        let result = match self.is_busy {
+            true => self.receive_some::<BATCH>(socket),
+            false => self.receive_some::<FEW>(socket),
+        };
+        self.is_busy = result.as_ref().is_ok_and(|arrived| arrived.count >= FEW);
+        result
+    }
+
+    fn receive_some<const N: usize>(&mut self, socket: impl AsFd) -> io::Result<Arrived> {
         let mut slots = self.slots.chunks_exact_mut(SLOT);
-        let mut buffers: [&mut [u8]; BATCH] = std::array::from_fn(|_| match slots.next() {
+        let mut buffers: [&mut [u8]; N] = std::array::from_fn(|_| match slots.next() {
             Some(slot) => &mut slot[Splitter::CARRY..],
             None => &mut [],
         });
-        sys::receive_batch(socket, &mut buffers, &mut self.received)
+        let count = sys::receive_batch(socket, &mut buffers, &mut self.received)?;
+        Ok(Arrived { count, drained: count < N })
     }
 
     /// The length and the source of the datagram in a slot.

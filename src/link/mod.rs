@@ -15,7 +15,7 @@ mod tcp;
 mod udp;
 
 pub use backoff::Backoff;
-pub use batch::{BATCH, Inbox, Sent, send_datagrams};
+pub use batch::{Arrived, BATCH, Inbox, Sent, send_datagrams};
 pub use opener::{Opener, SerialAnswer, SerialOutcome};
 pub use ports::{Port, find_flight_controller, list_ports};
 pub use resolver::{Resolved, Resolver};

@@ -22,43 +22,43 @@ pub(super) struct Received {
     pub source: Option<SocketAddr>,
 }
 
-/// Receives datagrams, one into each of `buffers`; says how many came.
+/// Receives datagrams, one into each of `buffers`; says how many came, of which `received` tells as
+/// far as it is long enough.
 ///
-/// At most [`BATCH`] of the buffers are used, and as many of `received` are written.
+/// The fewer buffers, the less there is to prepare.
 ///
 /// # Errors
 ///
 /// As `recvmmsg(2)`; `WouldBlock` if there is no datagram.
-pub(super) fn receive_batch(
+pub(super) fn receive_batch<const N: usize>(
     socket: impl AsFd,
-    buffers: &mut [&mut [u8]],
+    buffers: &mut [&mut [u8]; N],
     received: &mut [Received],
 ) -> io::Result<usize> {
-    let count = buffers.len().min(received.len()).min(BATCH);
-    let mut names = [NO_NAME; BATCH];
-    let mut pieces = [NO_PIECE; BATCH];
-    let mut headers = [const { MaybeUninit::<libc::mmsghdr>::uninit() }; BATCH];
-    for (at, buffer) in buffers[..count].iter_mut().enumerate() {
+    let mut names = [NO_NAME; N];
+    let mut pieces = [NO_PIECE; N];
+    let mut headers = [const { MaybeUninit::<libc::mmsghdr>::uninit() }; N];
+    for (at, buffer) in buffers.iter_mut().enumerate() {
         pieces[at] = libc::iovec { iov_base: buffer.as_mut_ptr().cast(), iov_len: buffer.len() };
         let msg_hdr = header(&mut pieces[at..=at], (&raw mut names[at], NAME));
         headers[at].write(libc::mmsghdr { msg_hdr, msg_len: 0 });
     }
-    // SAFETY: the first `count` headers are written, and point to one piece and one name each, all
-    // of which outlive the call; each piece is a buffer that is borrowed mutably and as long as said.
+    // SAFETY: all `N` headers are written, and point to one piece and one name each, all of which
+    // outlive the call; each piece is a buffer that is borrowed mutably and as long as said.
     let result = unsafe {
         libc::recvmmsg(
             socket.as_fd().as_raw_fd(),
             headers.as_mut_ptr().cast(),
-            count as libc::c_uint,
+            N as libc::c_uint,
             libc::MSG_DONTWAIT as _,
             std::ptr::null_mut(),
         )
     };
     let filled = usize::try_from(result).map_err(|_| io::Error::last_os_error())?;
-    for at in 0..filled {
-        // SAFETY: the system fills at most `count` of them, which are written.
+    for (at, place) in received.iter_mut().take(filled).enumerate() {
+        // SAFETY: all of them are written, and the system fills at most `N`.
         let len = unsafe { headers[at].assume_init_ref() }.msg_len as usize;
-        received[at] = Received { len, source: socket_addr(&names[at]) };
+        *place = Received { len, source: socket_addr(&names[at]) };
     }
     Ok(filled)
 }

@@ -248,3 +248,23 @@ fn without_colour_nothing_has_one() {
     let cells = &terminal.backend().buffer().content;
     assert!(cells.iter().all(|cell| cell.fg == Color::Reset && cell.bg == Color::Reset));
 }
+
+#[test]
+fn what_is_recorded_has_a_line_of_its_own_where_there_is_a_recorder() {
+    let record = RecordStatus {
+        state: RecordState::Failing,
+        error: Some("No space left on device".to_owned()),
+        frames: 152,
+        lost: 1_234_567,
+        ..RecordStatus::default()
+    };
+    let mut app = running();
+    assert!(!screen(&app, 80, 24).iter().any(|line| line.starts_with('●')));
+    app.handle_snapshot(Snapshot { record: Some(record), ..snapshot(21) });
+    let told = "● failing 152 frames 1.2M lost No space left on device; tried again each";
+    assert!(line(&app, "●").starts_with(told), "{}", line(&app, "●"));
+    assert_eq!(line(&app, "camera"), "camera?[2J waiting");
+    for height in LEAST.1..12 {
+        screen(&app, LEAST.0, height);
+    }
+}
