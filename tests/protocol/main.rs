@@ -6,11 +6,11 @@
 mod best_path;
 mod changes;
 mod copies;
-
 mod every_message;
 mod filters;
 mod frames;
 mod groups;
+mod late;
 mod loops;
 mod network;
 mod onlookers;
