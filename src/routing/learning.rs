@@ -178,6 +178,7 @@ fn first_heard(link: LinkId, frame: &CheckedFrame<'_>, is_route: bool, now: Time
         sequence,
         boot_ms: None,
         first: None,
+        is_echo: false,
         speech: Speech::default(),
     }
 }

@@ -27,6 +27,7 @@ pub struct Port {
     limiter: RateLimiter,
     /// Tells it from the link that had its number before.
     pub(super) life: u8,
+    pub(super) opened: Time,
     last_heard: Option<Time>,
     /// The same, but for what a radio says of itself.
     last_carried: Option<Time>,
@@ -57,6 +58,7 @@ impl Port {
             limiter: RateLimiter::new(caps),
             counters: LinkCounters::default(),
             life,
+            opened: now,
             last_heard: None,
             last_carried: None,
             loss: PathLoss::default(),

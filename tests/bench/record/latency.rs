@@ -1,8 +1,9 @@
 //! How late routed frames are while a disk is full or stands still, beside routers that record
 //! nothing.
 //!
-//! All routers run at once and have their turns of a second each, round after round, so that what
-//! disturbs the machine disturbs all of them alike. What is printed are medians of the rounds.
+//! All routers run at once and have short turns, round after round and each time in another order,
+//! so that what disturbs the machine disturbs all of them alike. On a machine that has more to do,
+//! `chrt -f 5` in front of all helps more than many rounds.
 
 use std::net::UdpSocket;
 use std::path::{Path, PathBuf};
@@ -16,8 +17,8 @@ use rustix::process::{Pid, Signal, kill_process};
 use super::{attitude, directory};
 
 /// How many rounds there are, and how many frames a router gets in its turn, one each millisecond.
-const ROUNDS: u64 = 20;
-const PROBES: u64 = 1_000;
+const ROUNDS: usize = 100;
+const PROBES: usize = 200;
 
 /// For how long a frame that does not come is waited for.
 const LATE: Duration = Duration::from_millis(300);
@@ -27,18 +28,22 @@ pub(crate) fn compare() {
     let dir = directory("latency");
     let card = FullCard::mount();
     let mut arms = arms(&dir, card.as_ref());
-    for _ in 0..ROUNDS {
-        arms.iter_mut().for_each(Arm::measure);
+    let count = arms.len();
+    for round in 0..ROUNDS {
+        (0..count).for_each(|turn| arms[(round + turn) % count].measure());
     }
+    arms.iter_mut().for_each(|arm| arm.late.sort_unstable());
     for arm in &arms {
-        let without = &arms[arm.beside];
-        let (p50, p99) = (median(&arm.p50), median(&arm.p99));
+        let times =
+            |share: usize| arm.quantile(share) as f64 / arms[arm.beside].quantile(share) as f64;
         println!(
-            "{:<34} p50 {p50:>5} us ({:.2} times), p99 {p99:>5} us ({:.2} times), {} of {} frames",
+            "{:<34} p50 {:>5} us ({:.2} times), p99 {:>5} us ({:.2} times), {} of {} frames",
             arm.name,
-            ratio(&without.p50, &arm.p50),
-            ratio(&without.p99, &arm.p99),
-            arm.received,
+            arm.quantile(50),
+            times(50),
+            arm.quantile(99),
+            times(99),
+            arm.late.len(),
             ROUNDS * PROBES,
         );
     }
@@ -66,28 +71,14 @@ fn arms(dir: &Path, card: Option<&FullCard>) -> Vec<Arm> {
     arms
 }
 
-/// The median over the rounds of how many times as long it took as without.
-fn ratio(without: &[u64], with: &[u64]) -> f64 {
-    let ratios = without.iter().zip(with).map(|(a, b)| 1_000 * b / (*a).max(1));
-    median(&ratios.collect::<Vec<_>>()) as f64 / 1e3
-}
-
-fn median(values: &[u64]) -> u64 {
-    let mut values = values.to_vec();
-    values.sort_unstable();
-    values[values.len() / 2]
-}
-
-/// A router, who speaks and who listens, and how late frames were in each round, in microseconds.
+/// A router, who speaks and who listens, and how late frames were, in microseconds.
 struct Arm {
     name: &'static str,
     /// Which arm is the same without recording.
     beside: usize,
     from: UdpSocket,
     to: UdpSocket,
-    p50: Vec<u64>,
-    p99: Vec<u64>,
-    received: usize,
+    late: Vec<u64>,
     _router: Router,
 }
 
@@ -100,8 +91,7 @@ impl Arm {
             socket
         });
         join(&from, &to);
-        let (p50, p99) = (Vec::new(), Vec::new());
-        Self { name, beside, from, to, p50, p99, received: 0, _router: router }
+        Self { name, beside, from, to, late: Vec::new(), _router: router }
     }
 
     /// One turn.
@@ -111,17 +101,18 @@ impl Arm {
         let to = self.to.try_clone().unwrap();
         let receiver = thread::spawn(move || receive(&to, start));
         for number in 0..PROBES {
-            let due = Duration::from_millis(number);
+            let due = Duration::from_millis(number as u64);
             thread::sleep(due.saturating_sub(start.elapsed()));
             let _ = self.from.send(&attitude(stamp(start)));
         }
-        let mut late = receiver.join().unwrap();
-        late.sort_unstable();
-        assert!(late.len() as u64 > PROBES / 2, "{}: frames are lost", self.name);
-        let quantile = |share: usize| late[(late.len() - 1) * share / 100];
-        self.p50.push(quantile(50));
-        self.p99.push(quantile(99));
-        self.received += late.len();
+        let late = receiver.join().unwrap();
+        assert!(late.len() > PROBES / 2, "{}: frames are lost", self.name);
+        self.late.extend(late);
+    }
+
+    /// What so many of a hundred frames take at most, once they are sorted.
+    fn quantile(&self, share: usize) -> u64 {
+        self.late[(self.late.len() - 1) * share / 100].max(1)
     }
 }
 
@@ -137,7 +128,7 @@ fn receive(socket: &UdpSocket, start: Instant) -> Vec<u64> {
     socket.set_read_timeout(Some(LATE)).unwrap();
     let mut late = Vec::new();
     let mut buffer = [0; 300];
-    while (late.len() as u64) < PROBES
+    while late.len() < PROBES
         && let Ok(len) = socket.recv(&mut buffer)
     {
         let now = stamp(start);
