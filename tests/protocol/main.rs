@@ -14,6 +14,7 @@ mod late;
 mod loops;
 mod network;
 mod onlookers;
+mod properties;
 mod regressions;
 mod remade;
 mod routing;
