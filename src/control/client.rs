@@ -17,6 +17,9 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// An answer longer than this comes from nobody we know, in bytes.
 const MAX_ANSWER: u64 = 64 * 1_024 * 1_024;
 
+/// The id of what is said to whoever may have asked.
+const TO_ALL: u64 = 0;
+
 /// A daemon could not be asked, or did not do what it was asked for.
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
@@ -107,7 +110,9 @@ impl Client {
         let end = Instant::now() + PATIENCE;
         loop {
             match self.receive(end.saturating_duration_since(Instant::now()))? {
-                Some(AnswerLine { id: of, answer, .. }) if of == id => return unless_error(answer),
+                Some(AnswerLine { id: of, answer, .. }) if of == id || of == TO_ALL => {
+                    return unless_error(answer);
+                }
                 Some(_) => {}
                 None => return Err(ClientError::Silent(self.path.clone())),
             }
@@ -134,8 +139,16 @@ impl Client {
     pub fn send(&mut self, request: Request) -> Result<u64, ClientError> {
         self.last_id += 1;
         let line = RequestLine { version: VERSION, id: self.last_id, request };
-        self.stream.get_mut().write_all(&to_line(&line))?;
+        if let Err(error) = self.stream.get_mut().write_all(&to_line(&line)) {
+            return Err(self.farewell().unwrap_or_else(|| error.into()));
+        }
         Ok(self.last_id)
+    }
+
+    /// Why a daemon has closed the connection, if it has said so.
+    fn farewell(&mut self) -> Option<ClientError> {
+        let last = self.receive(Duration::ZERO).ok()??;
+        unless_error(last.answer).err()
     }
 
     /// The next answer, if it comes within `wait`; what has come of it is kept for the next call.

@@ -105,6 +105,7 @@ impl Daemon {
                 (endpoint.since, endpoint.is_missed) = (self.now, false);
                 // Who switches it on again wants to hear once more why it does not open.
                 endpoint.told = None;
+                endpoint.forget_addresses();
             }
             (false, true) => {
                 endpoint.since = self.now;

@@ -268,6 +268,12 @@ impl Endpoint {
         matches!(self.config.address, Address::TcpIn(_) | Address::UdpIn(_))
     }
 
+    /// What its host means is asked anew the next time.
+    pub(super) fn forget_addresses(&mut self) {
+        self.addresses.clear();
+        self.next_address = 0;
+    }
+
     /// Takes other settings; says whether they are others at all.
     pub(super) fn set(&mut self, settings: Settings) -> bool {
         let Settings { config, filter_in, filter_out, caps, gate } = settings;

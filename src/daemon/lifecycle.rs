@@ -171,6 +171,8 @@ impl Daemon {
         endpoint.is_missed = false;
         endpoint.is_refusing = false;
         endpoint.deadline = None;
+        // The others are for when it fails; the next time it begins with the first again.
+        endpoint.forget_addresses();
         if !matches!(endpoint.state, State::Up(_)) {
             endpoint.backoff.reset();
         }
@@ -206,8 +208,7 @@ impl Daemon {
         }
         let delay = if has_more { Duration::ZERO } else { endpoint.backoff.next_delay() };
         if !has_more {
-            endpoint.addresses.clear();
-            endpoint.next_address = 0;
+            endpoint.forget_addresses();
         }
         self.set_deadline(index, delay);
     }

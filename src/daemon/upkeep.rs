@@ -110,9 +110,8 @@ impl Daemon {
     /// Closes all that an endpoint has, and opens it anew.
     fn reopen(&mut self, index: EndpointId, error: io::Error) {
         let endpoint = &mut self.io.endpoints[index];
-        endpoint.addresses.clear();
-        endpoint.next_address = 0;
-        if self.io.endpoints[index].is_server() {
+        endpoint.forget_addresses();
+        if endpoint.is_server() {
             self.close_endpoint(index, &error.to_string());
         } else {
             // The line about its one link tells it all.
@@ -204,10 +203,13 @@ impl Daemon {
         let State::Datagrams(port) = &mut endpoint.state else { return };
         let Role::Sender { link, remote } = &mut port.role else { return };
         let same_family = |address: &&SocketAddr| address.is_ipv4() == remote.is_ipv4();
-        let Some(new) = addresses.iter().find(same_family) else { return };
         if addresses.contains(remote) {
             return;
         }
+        let Some(new) = addresses.iter().find(same_family) else {
+            // Another family needs another socket.
+            return self.reopen(index, io::Error::other("its host has moved"));
+        };
         info!("{}: now sending to {new}", endpoint.name);
         *remote = *new;
         if let Some(link) = self.io.links.get_mut(*link) {

@@ -31,7 +31,7 @@ pub(super) struct Seen {
     link: LinkId,
     life: u8,
     /// Over which links it came again since, by the remainders of their numbers; and whether the
-    /// first one inherited its place.
+    /// first one is on probation.
     again: u8,
 }
 
@@ -44,7 +44,7 @@ pub(super) struct Origin {
 }
 
 /// In `Seen::again`, above the links.
-const INHERITED: u8 = 0x80;
+const PROBATION: u8 = 0x80;
 const LINKS: usize = 7;
 
 /// What fits into a line of the processor's cache; the oldest makes room.
@@ -115,15 +115,20 @@ impl Seen {
         (self.at, self.again) = (millis(now), 0);
     }
 
-    /// The same, though it has come before, over a link that is gone.
-    pub(super) fn inherit(&mut self, from: Origin, now: Time) {
+    /// This link takes the place of the one that was first, on probation: it may have gone round.
+    pub(super) fn take_over(&mut self, from: Origin, now: Time) {
         self.renew(from, now);
-        self.again = INHERITED;
+        self.again = PROBATION;
     }
 
-    /// Whether the first link inherited its place.
-    pub(super) fn is_inherited(&self) -> bool {
-        self.again & INHERITED != 0
+    /// Whether the first link has taken the place of another.
+    pub(super) fn is_on_probation(&self) -> bool {
+        self.again & PROBATION != 0
+    }
+
+    /// Whether it has come again since over any link that was noted.
+    pub(super) fn was_noted(&self) -> bool {
+        self.again & !PROBATION != 0
     }
 
     /// It has come over another link; says whether for the first time since it came over the first
@@ -176,7 +181,21 @@ mod tests {
         assert_eq!([modem, modem].map(|from| seen.note(from.link)), [true, false]);
         seen.renew(radio, Time::ZERO);
         assert!(seen.note(modem.link), "the first one has brought it again");
-        assert!(!seen.is_inherited());
+    }
+
+    #[test]
+    fn who_takes_the_place_of_the_first_is_on_probation_until_it_is_renewed() {
+        let [radio, modem] = links();
+        let mut dedup = Dedup::new();
+        dedup.recall(b"frame", radio, Time::ZERO);
+        let seen = dedup.recall(b"frame", modem, Time::ZERO).unwrap();
+        assert!(!seen.is_on_probation());
+        seen.take_over(modem, Time::ZERO);
+        assert_eq!((seen.first(), seen.is_on_probation(), seen.was_noted()), (modem, true, false));
+        seen.note(modem.link);
+        assert_eq!((seen.is_on_probation(), seen.was_noted()), (true, true));
+        seen.renew(modem, Time::ZERO);
+        assert_eq!((seen.is_on_probation(), seen.was_noted()), (false, false));
     }
 
     #[test]

@@ -79,7 +79,7 @@ impl Router {
         {
             port.handle_heard(id, lost, now);
             if is_radio_report(id) {
-                port.handle_radio_status(frame);
+                port.handle_radio_status(frame, now);
             }
         }
     }
@@ -138,7 +138,7 @@ impl Router {
                 self.compare_heartbeats(link, source, arrival, now);
             }
             MessageId::SYSTEM_TIME => self.check_restart(link, frame),
-            id if is_radio_report(id) => port.handle_radio_status(frame),
+            id if is_radio_report(id) => port.handle_radio_status(frame, now),
             _ => {}
         }
     }
@@ -178,6 +178,7 @@ fn first_heard(link: LinkId, frame: &CheckedFrame<'_>, is_route: bool, now: Time
         sequence,
         boot_ms: None,
         first: None,
+        is_echo: false,
         speech: Speech::default(),
     }
 }

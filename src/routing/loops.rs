@@ -10,9 +10,14 @@
 //! Three things are let through besides, each so that it cannot go on for ever:
 //! - between links of one group without `dedup`, each brings it once more for each time that the
 //!   first one does: the user wants both;
-//! - when the link that was first is gone, as with a program that connects anew, another takes its
-//!   place, but only once within the time, for the frame may also have gone round;
+//! - when the link that was first is gone, as with a program that connects anew, or the frame came
+//!   over it too long ago to have gone round fast, another link **takes its place**, but on
+//!   probation: the next time it comes, over whichever link, it counts as having gone round;
 //! - what is forgotten, as there were too many others or it was too long ago.
+//!
+//! Probation is what ends a frame that a cable held back. Taking it for news adds an edge to the
+//! tree, and a lap needs such an edge: at its end the frame meets its own probation. It is over
+//! for a source that goes on counting over that link, and for one that counts nothing.
 //!
 //! The loop rule, that a broadcast is not sent to a link on which a broadcast of its source was just
 //! heard, saves some of the copies from being sent at all.
@@ -30,15 +35,15 @@ use crate::mavlink::CheckedFrame;
 /// A frame that goes round comes again within this time.
 pub const RING_WINDOW: Duration = Duration::from_secs(2);
 
-/// For so long a path of a group may hold a frame back that came over another one, as modems do
-/// where there is no coverage.
+/// For so long a link may hold a frame back that came over another one, as modems do where there is
+/// no coverage.
 pub const HELD_BACK: Duration = Duration::from_secs(30);
 
-/// A path of a group that was heard within this time says where its sources are in their counting.
+/// A link that was heard within this time says where its sources are in their counting.
 const COUNTING: Duration = Duration::from_secs(2);
 
-/// So many frames one path of a group may be ahead of another, or have lost, for a frame to be new
-/// that has the same bytes as an old one.
+/// So many frames one link may be ahead of another, or have lost, for a frame to be new that has the
+/// same bytes as an old one.
 const AHEAD: u8 = 16;
 
 /// Whether a frame came before.
@@ -46,6 +51,8 @@ const AHEAD: u8 = 16;
 pub(super) enum Arrival {
     /// It did not, or the same link says it again.
     New,
+    /// It did, over another link, which is gone, or so long ago that it is taken for new.
+    Again,
     /// It did, over another link of the same group, and the user wants both.
     Parallel,
     /// It did, over another link.
@@ -75,11 +82,19 @@ impl Heard {
     /// way round, past somebody who depends on this router for the broadcasts.
     #[inline]
     pub(super) fn note_first(&mut self, frame: &CheckedFrame<'_>, arrival: Arrival, now: Time) {
-        if arrival != Arrival::New {
+        self.is_echo = arrival != Arrival::New;
+        if self.is_echo {
             self.first = None;
         } else if !frame.is_directed() {
             self.first = Some(now);
         }
+    }
+
+    /// Whether a frame is the next of this link's own, after one that came nowhere else before:
+    /// each channel of a source counts for itself, and may say again what another one said.
+    fn continues_with(&self, seq: u8) -> bool {
+        let ahead = seq.wrapping_sub(self.sequence.latest());
+        !self.is_echo && (1..=AHEAD).contains(&ahead)
     }
 }
 
@@ -94,33 +109,92 @@ struct Known<'a> {
 }
 
 impl Known<'_> {
+    #[inline]
     fn judge(&self, seen: &mut Seen) -> Arrival {
-        let (first, age) = (seen.first(), seen.age(self.now));
-        let is_recent = age < RING_WINDOW;
-        let is_first_gone = self.port(first.link).is_none_or(|port| port.life != first.life);
-        let arrival = if self.from == first {
-            if seen.is_inherited() && is_recent { Arrival::Copy } else { Arrival::New }
-        } else if self.dedup().is_some_and(|window| age < window) {
-            Arrival::Copy
-        } else if self.is_beside(first.link) {
-            self.judge_parallel(seen, age)
-        } else if is_recent && !is_first_gone {
-            Arrival::Copy
-        } else {
-            Arrival::New
-        };
+        if self.from == seen.first() && !seen.is_on_probation() {
+            seen.renew(self.from, self.now);
+            return Arrival::New;
+        }
+        self.judge_other(seen)
+    }
+
+    /// It comes over another link than the one that was first, or that one is on probation.
+    #[inline(never)]
+    fn judge_other(&self, seen: &mut Seen) -> Arrival {
+        let age = seen.age(self.now);
+        let is_beside = self.from != seen.first() && self.is_beside(seen.first().link);
+        let arrival =
+            if self.from != seen.first() && self.dedup().is_some_and(|window| age < window) {
+                Arrival::Copy
+            } else if is_beside && !seen.is_on_probation() {
+                self.judge_parallel(seen, age)
+            } else if is_beside && self.dedup().is_none() && age < RING_WINDOW {
+                if seen.note(self.from.link) { Arrival::Parallel } else { Arrival::Copy }
+            } else if seen.is_on_probation() {
+                self.judge_on_probation(seen, age)
+            } else {
+                self.judge_late(seen.first(), age)
+            };
         match arrival {
-            Arrival::New if is_first_gone && is_recent => seen.inherit(self.from, self.now),
             Arrival::New => seen.renew(self.from, self.now),
-            Arrival::Parallel | Arrival::Copy => {}
+            Arrival::Again => seen.take_over(self.from, self.now),
+            Arrival::Parallel => {}
+            Arrival::Copy if seen.is_on_probation() => drop(seen.note(self.from.link)),
+            Arrival::Copy => {}
         }
         arrival
+    }
+
+    /// Another link was first, and of no group with this one.
+    fn judge_late(&self, first: Origin, age: Duration) -> Arrival {
+        if age < RING_WINDOW {
+            return if self.is_gone(first) { Arrival::Again } else { Arrival::Copy };
+        }
+        if age >= HELD_BACK {
+            return Arrival::New;
+        }
+        if !self.may_be_news(age) && self.is_late_copy() { Arrival::Copy } else { Arrival::Again }
+    }
+
+    /// A link has taken the place of the first one: what comes now may have gone round.
+    fn judge_on_probation(&self, seen: &Seen, age: Duration) -> Arrival {
+        if age < RING_WINDOW {
+            return if self.is_gone(seen.first()) { Arrival::Again } else { Arrival::Copy };
+        }
+        if age >= HELD_BACK || seen.was_noted() && self.counts_nothing() {
+            return Arrival::New;
+        }
+        if self.may_be_news(age) { Arrival::Again } else { Arrival::Copy }
+    }
+
+    /// Whether this link may well say for itself what another one said: it was opened since, as by a
+    /// program that was started again, or it goes on with its own counting.
+    fn may_be_news(&self, age: Duration) -> bool {
+        let is_younger = |port: &Port| self.now.since(port.opened) < age;
+        self.port(self.from.link).is_some_and(is_younger)
+            || self.heard().is_some_and(|heard| heard.continues_with(self.frame.header.seq))
+    }
+
+    /// Whether a broadcast that does not continue what this link says is behind what another one
+    /// says. What is meant for somebody is better told twice than never.
+    fn is_late_copy(&self) -> bool {
+        !self.frame.is_directed() && self.is_behind(|_| true)
+    }
+
+    /// Whether the source has said the same number over this link just before.
+    fn counts_nothing(&self) -> bool {
+        self.heard().is_some_and(|heard| heard.sequence.latest() == self.frame.header.seq)
+    }
+
+    /// What was heard of the source on this link.
+    fn heard(&self) -> Option<&Heard> {
+        self.table.find(self.frame.header.source)?.on(self.from.link)
     }
 
     /// The frame came over another link of the same group before, but not within `dedup`.
     fn judge_parallel(&self, seen: &mut Seen, age: Duration) -> Arrival {
         if self.dedup().is_some() {
-            let is_copy = age < HELD_BACK && self.is_behind();
+            let is_copy = age < HELD_BACK && self.is_behind(|link| self.is_beside(link));
             return if is_copy { Arrival::Copy } else { Arrival::New };
         }
         match age < RING_WINDOW {
@@ -130,14 +204,14 @@ impl Known<'_> {
         }
     }
 
-    /// Whether the source has gone on counting over another link of the group since.
+    /// Whether the source has gone on counting since over another link, of those that are meant.
     ///
     /// A source that counts nothing never has, and neither has one whose frames come over this link
     /// alone: what they say again is new.
-    fn is_behind(&self) -> bool {
+    fn is_behind(&self, is_meant: impl Fn(LinkId) -> bool) -> bool {
         let Some(known) = self.table.find(self.frame.header.source) else { return false };
         let is_counting = |heard: &&Heard| {
-            let is_other = heard.link != self.from.link && self.is_beside(heard.link);
+            let is_other = heard.link != self.from.link && is_meant(heard.link);
             is_other && self.now.since(heard.last) < COUNTING
         };
         let newest = known.heard.iter().filter(is_counting).max_by_key(|heard| heard.last);
@@ -153,6 +227,10 @@ impl Known<'_> {
         };
         let own = group(self.from.link);
         own.is_some() && own == group(other)
+    }
+
+    fn is_gone(&self, origin: Origin) -> bool {
+        self.port(origin.link).is_none_or(|port| port.life != origin.life)
     }
 
     fn dedup(&self) -> Option<Duration> {

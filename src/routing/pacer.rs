@@ -15,6 +15,8 @@ pub(super) struct Pacer {
     /// What may be sent now, in millionths of a byte; below zero after a frame that was longer.
     credit: i64,
     counted: Time,
+    /// When a radio last told how full its buffer is.
+    reported: Time,
 }
 
 /// Credit that may be saved up: a loop that comes late still fills the line.
@@ -26,11 +28,15 @@ const PERIOD: Duration = Duration::from_millis(5);
 /// How far a radio may slow a link down, in parts of the line rate.
 const SLOWEST: u32 = 20;
 
+/// How long a radio is believed that its buffer is full: they report once a second. One that says
+/// nothing more was plugged out, or was somebody else's.
+const BELIEVED: Duration = Duration::from_secs(10);
+
 impl Pacer {
     /// The pace of a line that carries `line_rate` bytes a second; 0 is taken for 1.
     pub(super) fn new(line_rate: u32, now: Time) -> Self {
         let line_rate = line_rate.max(1);
-        let mut pacer = Self { line_rate, rate: line_rate, credit: 0, counted: now };
+        let mut pacer = Self { line_rate, rate: line_rate, credit: 0, counted: now, reported: now };
         pacer.credit = pacer.most();
         pacer
     }
@@ -68,7 +74,8 @@ impl Pacer {
 
     /// A radio tells how much of its buffer is free, in per cent: it is sent less as the buffer
     /// fills, and more again as it drains, as ArduPilot does.
-    pub(super) fn handle_radio_status(&mut self, txbuf: u8) {
+    pub(super) fn handle_radio_status(&mut self, txbuf: u8, now: Time) {
+        self.reported = now;
         let percent = match txbuf {
             0..20 => 70,
             20..50 => 90,
@@ -80,6 +87,16 @@ impl Pacer {
         let slowest = u64::from((self.line_rate / SLOWEST).max(1));
         // At most the line rate, which is a u32.
         self.rate = rate.clamp(slowest, u64::from(self.line_rate)) as u32;
+    }
+
+    /// Goes back to the line rate if the radio that asked for less is not heard any more; says
+    /// whether it did.
+    pub(super) fn forget_radio(&mut self, now: Time) -> bool {
+        let is_over = self.rate < self.line_rate && now.since(self.reported) >= BELIEVED;
+        if is_over {
+            self.rate = self.line_rate;
+        }
+        is_over
     }
 
     fn most(&self) -> i64 {
@@ -134,16 +151,27 @@ mod tests {
     fn a_radio_slows_its_link_down_and_lets_it_recover() {
         let mut pacer = Pacer::new(5_760, Time::ZERO);
         for _ in 0..3 {
-            pacer.handle_radio_status(10);
+            pacer.handle_radio_status(10, Time::ZERO);
         }
         assert_eq!(pacer.rate(), 1_975);
         for _ in 0..100 {
-            pacer.handle_radio_status(0);
+            pacer.handle_radio_status(0, Time::ZERO);
         }
         assert_eq!(pacer.rate(), 288, "never to a stop");
         for _ in 0..20 {
-            pacer.handle_radio_status(100);
+            pacer.handle_radio_status(100, Time::ZERO);
         }
         assert_eq!(pacer.rate(), 5_760, "never above the line rate");
+    }
+
+    #[test]
+    fn a_radio_that_reports_no_more_slows_nothing_down_any_more() {
+        let mut pacer = Pacer::new(5_760, Time::ZERO);
+        pacer.handle_radio_status(0, Time::from_millis(500));
+        assert_eq!(pacer.rate(), 4_032);
+        assert!(!pacer.forget_radio(Time::from_millis(10_499)), "still believed");
+        assert!(pacer.forget_radio(Time::from_millis(10_500)));
+        assert_eq!(pacer.rate(), 5_760);
+        assert!(!pacer.forget_radio(Time::from_millis(99_000)), "once");
     }
 }

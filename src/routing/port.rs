@@ -27,6 +27,7 @@ pub struct Port {
     limiter: RateLimiter,
     /// Tells it from the link that had its number before.
     pub(super) life: u8,
+    pub(super) opened: Time,
     last_heard: Option<Time>,
     /// The same, but for what a radio says of itself.
     last_carried: Option<Time>,
@@ -57,6 +58,7 @@ impl Port {
             limiter: RateLimiter::new(caps),
             counters: LinkCounters::default(),
             life,
+            opened: now,
             last_heard: None,
             last_carried: None,
             loss: PathLoss::default(),
@@ -154,10 +156,10 @@ impl Port {
     }
 
     /// A radio on this link reports: the link is sent more or less accordingly.
-    pub(super) fn handle_radio_status(&mut self, frame: &CheckedFrame<'_>) {
+    pub(super) fn handle_radio_status(&mut self, frame: &CheckedFrame<'_>, now: Time) {
         debug_assert!(is_radio_report(frame.header.id));
         if let Some(pacer) = &mut self.pacer {
-            pacer.handle_radio_status(frame.payload_byte(TXBUF));
+            pacer.handle_radio_status(frame.payload_byte(TXBUF), now);
             self.queue.set_limits(limits(self.options.capacity, Some(pacer)));
         }
     }
@@ -180,6 +182,9 @@ impl Port {
         match &mut self.pacer {
             None => self.queue.len(),
             Some(pacer) => {
+                if pacer.forget_radio(now) {
+                    self.queue.set_limits(limits(self.options.capacity, Some(pacer)));
+                }
                 let budget = pacer.budget(now);
                 if budget == 0 { 0 } else { self.queue.whole_frames_within(budget) }
             }

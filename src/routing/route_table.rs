@@ -35,6 +35,8 @@ pub struct Heard {
     pub boot_ms: Option<u32>,
     /// When its last broadcast came there, if no frame came there since that came elsewhere before.
     pub(super) first: Option<Time>,
+    /// Whether the last frame that came there had come elsewhere before.
+    pub(super) is_echo: bool,
     /// What else it says there.
     pub(super) speech: Speech,
 }

@@ -97,11 +97,12 @@ impl Swarm {
 impl LocalPeer for Swarm {
     fn handle_frame(&mut self, frame: &Frame<'_>, now: Time) {
         let Some(Addressed { target, request }) = requests::parse(frame) else { return };
-        // A PING for somebody is an answer.
-        if matches!(request, Request::Ping { .. }) && target != Component::new(0, 0) {
+        let from = frame.header().source;
+        // A PING for somebody is an answer; and an answer to system 0 would be a question to all.
+        let is_question = target == Component::new(0, 0) && from.system != 0;
+        if matches!(request, Request::Ping { .. }) && !is_question {
             return;
         }
-        let from = frame.header().source;
         for vehicle in self.addressed(target) {
             vehicle.handle(from, &request, now);
         }

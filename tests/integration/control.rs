@@ -93,6 +93,13 @@ fn there_is_room_for_so_many_clients_and_again_when_they_go() {
     }
     let text = answers(raw(&router));
     assert!(text.contains("8 clients are connected already"), "{text}");
+    // Whether it asks before or after it was turned away: it is told why.
+    for _ in 0..20 {
+        match client(&router).status() {
+            Err(ClientError::Refused(text)) => assert!(text.contains("8 clients"), "{text}"),
+            other => panic!("{other:?}"),
+        }
+    }
     clients.clear();
     eventually("a place for a client", || client(&router).status().is_ok());
 }

@@ -87,6 +87,28 @@ fn why_says_on_which_link_the_target_is_and_why_the_others_get_nothing() {
 }
 
 #[test]
+fn why_knows_a_vehicle_by_the_id_that_it_has_here_and_what_cannot_be_converted() {
+    let two = "udpin:127.0.0.1:0?name=two&remap=1:7";
+    let router = Router::start(&[two, "tcpin:127.0.0.1:0?name=old&version=1"]);
+    let seven = Component::new(7, 1);
+    let mut vehicle = router.udp("two", VEHICLE);
+    router.wait_until_seen(seven);
+    let mut gcs = router.tcp("old", GCS);
+    vehicle.meet(&mut gcs);
+    let fates = |from: &str, to: &str, message: &str| {
+        let answer = why(&router, from, to, message);
+        let [frame] = &answer.frames[..] else { panic!("{answer:?}") };
+        let fates = frame.links.iter().map(|it| format!("{} {}", it.endpoint, it.reason));
+        fates.collect::<Vec<_>>()
+    };
+    assert_eq!(fates("255/190", "7/1", "COMMAND_LONG"), ["two route", "old own_link"]);
+    assert_eq!(fates("7/1", "255/190", "COMMAND_LONG"), ["two own_link", "old route"]);
+    // Its id is above 255.
+    let fate = fates("7/1", "all", "OPEN_DRONE_ID_BASIC_ID");
+    assert_eq!(fate, ["two own_link", "old not_converted"]);
+}
+
+#[test]
 fn why_finds_the_list_that_keeps_a_message_from_the_ground_station() {
     let router = Router::start(&[
         "udpin:127.0.0.1:0?name=radio",
@@ -109,6 +131,8 @@ fn why_of_somebody_who_was_never_heard_says_who_was() {
     assert!(text.contains("gcs: nobody has come yet"), "{text}");
     let text = ask(&router, &["why"]);
     assert!(text.contains("gcs: nobody has come yet"), "{text}");
+    let text = ask(&router, &["why", "0/190", "1/1"]);
+    assert!(text.contains("0/190 has system 0") && text.contains("source_system"), "{text}");
     let text = ask(&router, &["why", "1/1", "nowhere"]);
     assert!(text.contains("nowhere is nobody") && text.contains("radio, gcs"), "{text}");
 }

@@ -62,12 +62,13 @@ fn who_counts_nothing_is_heard_each_time_over_two_links() {
         network.hears(modem, &heartbeat(VEHICLE));
     }
     assert_eq!(network.counters(station).frames_out, 1_000);
-    for _ in 0..150 {
+    for _ in 0..250 {
         step(&mut network, 20);
         network.hears(modem, &heartbeat(VEHICLE));
     }
+    // The modem takes the radio's place once after 2 s, for this may have gone round, and after 4 s.
     let after = network.counters(station).frames_out - 1_000;
-    assert!((50..=51).contains(&after), "{after}: the radio is gone, and after 2 s forgotten");
+    assert!((51..=53).contains(&after), "{after}: the radio is gone, and forgotten");
 }
 
 /// A script that asks one thing and ends, run again at once: the same bytes over a new connection.

@@ -19,6 +19,9 @@ struct Mesh {
     carried: usize,
     /// The cable that loses the next frame.
     loses: Option<usize>,
+    /// Cables that hold back what they should carry, and what that is.
+    holds: Vec<usize>,
+    held_back: Vec<(End, Vec<u8>)>,
     /// The link that closes once it has brought something.
     leaves: Option<End>,
     /// By chance every fourth frame is lost, if there is any.
@@ -36,6 +39,8 @@ impl Mesh {
             on_the_way: VecDeque::new(),
             carried: 0,
             loses: None,
+            holds: Vec::new(),
+            held_back: Vec::new(),
             leaves: None,
             loss: None,
             now,
@@ -60,8 +65,28 @@ impl Mesh {
 
     /// `bytes` come in at one end of the mesh; what comes out at `exit`, when all is quiet?
     fn send(&mut self, at: End, bytes: &[u8], exit: End) -> usize {
-        let mut came_out = 0;
         self.on_the_way.push_back((at, bytes.to_vec()));
+        self.run(exit)
+    }
+
+    /// What was held back arrives, and may be held back again; what comes out at `exit`?
+    fn release(&mut self, exit: End) -> usize {
+        self.on_the_way.extend(std::mem::take(&mut self.held_back));
+        self.run(exit)
+    }
+
+    /// Until nothing is held back any more; each time it takes so many milliseconds.
+    fn rest(&mut self, millis: u64, exit: End) {
+        for _ in 0..8 {
+            self.now = self.now + Duration::from_millis(millis);
+            self.release(exit);
+        }
+        let left = self.held_back.len();
+        assert_eq!(left, 0, "frames still go round over {:?}", self.holds);
+    }
+
+    fn run(&mut self, exit: End) -> usize {
+        let mut came_out = 0;
         while let Some(((router, link), bytes)) = self.on_the_way.pop_front() {
             let (core, now) = (&mut self.routers[router], self.now);
             Receiver::new().each(&bytes, Input::Paused, |frame| {
@@ -95,7 +120,10 @@ impl Mesh {
                 if self.loss.as_mut().is_some_and(|random| random.below(4) == 0) {
                     return;
                 }
-                self.on_the_way.push_back((*to, bytes));
+                match self.holds.contains(&number) {
+                    true => self.held_back.push((*to, bytes)),
+                    false => self.on_the_way.push_back((*to, bytes)),
+                }
                 return;
             }
         }
@@ -267,5 +295,69 @@ fn the_last_words_of_who_is_gone_make_no_storm() {
         mesh.leaves = Some(script);
         assert!(mesh.send(script, &heartbeat(VEHICLE), station) > 0);
         assert!(mesh.carried <= 12, "{} frames over 3 cables for one", mesh.carried);
+    }
+}
+
+/// A modem without coverage holds frames back for longer than they are remembered to go round. Each
+/// router could take them for news then, from the one before it, and so for ever.
+#[test]
+fn what_was_held_back_for_long_does_not_go_round() {
+    for count in [1, 50] {
+        for goes_on in [true, false] {
+            let mut mesh = Mesh::new(3, &[(0, 1), (1, 2), (2, 0)]);
+            let (vehicle, station) = (mesh.link(0), mesh.link(1));
+            mesh.holds = vec![0];
+            for seq in 0..count {
+                let bytes = frame(Version::V2, 200 + seq, VEHICLE, (30, 39), &[99; 28]);
+                assert_eq!(mesh.send(vehicle, &bytes, station), 1, "the other way");
+            }
+            mesh.holds.clear();
+            match goes_on {
+                true => assert_eq!(mesh.fly(3, vehicle, station), 30),
+                false => mesh.now = mesh.now + Duration::from_secs(6),
+            }
+            mesh.carried = 0;
+            let again = mesh.release(station);
+            let count = usize::from(count);
+            assert!(mesh.carried <= 6 * count, "{} frames carried for {count}", mesh.carried);
+            let most = if goes_on { 0 } else { count };
+            assert!(again <= most, "told {again} of {count} times again");
+        }
+    }
+}
+
+/// Some cables of the ring take six seconds each time, and the vehicle has said its last word.
+#[test]
+fn nothing_goes_round_slowly() {
+    for slow in 1..8_usize {
+        for count in [1, 5, 50] {
+            let mut mesh = Mesh::new(3, &[(0, 1), (1, 2), (2, 0)]);
+            let (vehicle, station) = (mesh.link(0), mesh.link(1));
+            mesh.holds = (0..3).filter(|cable| slow >> cable & 1 == 1).collect();
+            for seq in 0..count {
+                let bytes = frame(Version::V2, seq, VEHICLE, (30, 39), &[seq; 28]);
+                mesh.send(vehicle, &bytes, station);
+            }
+            mesh.rest(6_000, station);
+        }
+    }
+}
+
+/// All cables are slow, there are many ways round, and the last words of several come by all of them.
+#[test]
+fn nothing_goes_round_slowly_in_a_mesh() {
+    let pairs: Vec<(usize, usize)> = (0..4).flat_map(|a| (a + 1..4).map(move |b| (a, b))).collect();
+    for closes in [false, true] {
+        let mut mesh = Mesh::new(4, &pairs);
+        let (vehicle, station) = (mesh.link(0), mesh.link(3));
+        mesh.holds = (0..pairs.len()).collect();
+        for seq in 0..20 {
+            let bytes = frame(Version::V2, seq, VEHICLE, (30, 39), &[seq; 28]);
+            mesh.send(vehicle, &bytes, station);
+        }
+        if closes {
+            mesh.routers[0].remove_link(vehicle.1);
+        }
+        mesh.rest(2_500, station);
     }
 }

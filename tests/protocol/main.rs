@@ -6,14 +6,15 @@
 mod best_path;
 mod changes;
 mod copies;
-
 mod every_message;
 mod filters;
 mod frames;
 mod groups;
+mod late;
 mod loops;
 mod network;
 mod onlookers;
+mod properties;
 mod regressions;
 mod remade;
 mod routing;

@@ -92,6 +92,16 @@ fn a_cap_holds_for_frames_that_leave_with_other_ids() {
 }
 
 #[test]
+fn an_id_here_is_another_one_on_the_wire() {
+    let (network, gated, open) = beside(remap(&[(1, 7)]));
+    let seven = Component::new(7, 1);
+    assert_eq!(network.router.on_the_wire(gated, seven), VEHICLE);
+    assert_eq!(network.router.on_the_wire(gated, VEHICLE), seven);
+    assert_eq!(network.router.on_the_wire(open, seven), seven);
+    assert!(!network.router.asks_for_signatures(gated));
+}
+
+#[test]
 fn signed_frames_are_not_given_other_ids() {
     let (mut network, gated, open) = beside(remap(&[(1, 7)]));
     assert_eq!(network.hears(gated, &signed(0, VEHICLE, (30, 39), &[7; 28])), []);

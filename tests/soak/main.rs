@@ -9,6 +9,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod guests;
 #[path = "../integration/harness/mod.rs"]
 #[allow(dead_code, unused_imports)]
 mod harness;
@@ -77,8 +78,8 @@ fn everything_at_once_leaves_memory_descriptors_and_latency_as_they_were() {
     let (clock, ledger) = (&Clock { begin: Instant::now(), total }, &Ledger::default());
     thread::scope(|scope| {
         let scene = &scene;
-        for trouble in trouble::ALL {
-            scope.spawn(move || trouble(scene, clock));
+        for other in trouble::ALL.into_iter().chain(guests::ALL) {
+            scope.spawn(move || other(scene, clock));
         }
         let parties = [
             scope.spawn(move || vehicle.live(clock, ledger)),

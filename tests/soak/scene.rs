@@ -1,14 +1,20 @@
 //! The program, and the places around it where trouble comes from.
 
-use std::fs;
+use std::fs::{self, Permissions};
 use std::net::SocketAddr;
-use std::os::unix::fs::symlink;
+use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::PathBuf;
 
 use rustix::process::Signal;
 
 use crate::harness::*;
 use crate::party::dropped_at;
+
+/// What the key of the guarded endpoint is made of.
+pub(crate) const PASSPHRASE: &str = "the key of this soak";
+
+/// How many records are kept.
+pub(crate) const MAX_RECORDS: usize = 5;
 
 /// A router with a configuration file, a serial port that can be pulled, and a server to call.
 pub(crate) struct Scene {
@@ -22,10 +28,15 @@ pub(crate) struct Scene {
 impl Scene {
     pub(crate) fn set() -> Self {
         let (dir, server) = (TempDir::new(), TcpServer::down());
+        let key = dir.write("radio.key", &format!("passphrase:{PASSPHRASE}"));
+        fs::set_permissions(key, Permissions::from_mode(0o600)).unwrap();
         let file = dir.path("mavswitch.toml");
         let address = server.address();
         fs::write(&file, text(&dir, address, 0)).unwrap();
-        let router = Router::start(&["-c", file.to_str().unwrap()]);
+        let router = Router::launch_in(&["-c", file.to_str().unwrap()], |command| {
+            command.env("STATE_DIRECTORY", dir.path(""));
+        });
+        router.log.wait_for(&["ready"]);
         Self { router, dir, server: address, _server: server }
     }
 
@@ -60,6 +71,18 @@ impl Scene {
         dropped_at(self.router.address("udp").port())
     }
 
+    /// Where the router tells of itself by HTTP.
+    pub(crate) fn metrics(&self) -> SocketAddr {
+        let line = self.router.log.wait_for(&["metrics and status page at http://"]);
+        let rest = line.split("http://").nth(1).unwrap();
+        rest.trim_end().trim_end_matches('/').parse().unwrap()
+    }
+
+    /// How many records there are.
+    pub(crate) fn records(&self) -> usize {
+        fs::read_dir(self.dir.path("records")).unwrap().count()
+    }
+
     /// As it was in the beginning.
     pub(crate) fn clear_up(&self) {
         self.write(0);
@@ -77,6 +100,19 @@ fn text(dir: &TempDir, server: SocketAddr, variant: usize) -> String {
     let fc = dir.path("fc");
     let mut text = format!(
         r#"
+metrics = "127.0.0.1:0"
+keys = {{ radio = "radio.key" }}
+record = "records"
+record_max_size = "200k"
+record_max_files = {MAX_RECORDS}
+[endpoint.sim]
+address = "sim:?system=50&count=2&rate=10"
+[endpoint.guarded]
+address = "udpin:127.0.0.1:0"
+sign = "radio"
+v1 = "drop"
+verify = "radio"
+peer_timeout = "2s"
 [endpoint.tcp]
 address = "tcpin:127.0.0.1:0"
 [endpoint.udp]

@@ -17,7 +17,7 @@ pub(crate) const ALL: [fn(&Scene, &Clock); 7] =
     [callers, strangers, plug_and_unplug, server, stalled_readers, talker, reloads];
 
 /// Waits that long, in steps; says whether the run goes on.
-fn goes_on(clock: &Clock, millis: u64) -> bool {
+pub(crate) fn goes_on(clock: &Clock, millis: u64) -> bool {
     for _ in 0..millis.div_ceil(50) {
         if clock.is_over() {
             return false;

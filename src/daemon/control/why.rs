@@ -94,7 +94,7 @@ impl Daemon {
     ) -> Result<Why, String> {
         let (sender, hearer) = (self.party(from)?, self.party(to)?);
         if matches!(sender, Party::Everybody) {
-            return Err("`all` send nothing together: name one of them, as 1/1".to_owned());
+            return Err(not_a_sender(from));
         }
         let messages = match message {
             Some(name) => vec![self.message(name)?],
@@ -123,11 +123,14 @@ impl Daemon {
         let is_name = self.io.endpoints.iter().any(|endpoint| endpoint.name == word);
         let number = |text: &str| text.parse::<u8>().ok().filter(|id| *id > 0);
         let pair = word.split_once('/').and_then(|(system, component)| {
-            Some(Component::new(number(system)?, number(component)?))
+            Some(Component::new(system.parse().ok()?, component.parse().ok()?))
         });
         match (word, number(word), pair) {
-            ("all" | "0" | "0/0", ..) => Ok(Party::Everybody),
-            (_, Some(system), _) => Ok(Party::System(system)),
+            // Whatever component of system 0: it is everybody (rule 33).
+            ("all" | "0", ..) | (.., Some(Component { system: 0, .. })) => Ok(Party::Everybody),
+            (_, Some(system), _) | (.., Some(Component { system, component: 0 })) => {
+                Ok(Party::System(system))
+            }
             (_, _, Some(component)) => Ok(Party::Component(component)),
             _ if is_name => Ok(Party::Endpoint(word.to_owned())),
             _ => {
@@ -273,6 +276,18 @@ impl Daemon {
 /// Below the number of links that there may be.
 fn number(link: LinkId) -> u16 {
     link.index() as u16
+}
+
+/// Why nobody sends by this word, which means everybody.
+fn not_a_sender(word: &str) -> String {
+    match word {
+        "all" => "`all` send nothing together: name one of them, as 1/1".to_owned(),
+        _ => format!(
+            "{word} has system 0, which is nobody's: what it sends goes on to the others, but nothing \
+             is learned from it, so no answer finds it. Let it have a system and component id of its \
+             own (source_system and source_component in pymavlink)"
+        ),
+    }
 }
 
 fn shown(target: Component) -> String {

@@ -3,8 +3,7 @@
 use std::time::Duration;
 
 use super::*;
-use crate::mavlink::Fields;
-use crate::mavlink::{FrameSpec, MessageId, Version, encode};
+use crate::mavlink::{Fields, FrameSpec, MessageId, Version, encode};
 
 const GCS: Component = Component::new(255, 190);
 const VEHICLE: Component = Component::new(1, 1);
@@ -22,11 +21,15 @@ impl Air {
 
     /// The ground station says something.
     fn ask(&mut self, id: u32, crc_extra: u8, payload: &[u8]) {
+        self.ask_as(GCS, id, crc_extra, payload);
+    }
+
+    fn ask_as(&mut self, source: Component, id: u32, crc_extra: u8, payload: &[u8]) {
         let mut frame = Vec::new();
         let spec = FrameSpec {
             version: Version::V2,
             seq: 0,
-            source: GCS,
+            source,
             id: MessageId(id),
             crc_extra,
             payload,
@@ -299,6 +302,16 @@ fn times_and_pings_are_answered_and_answers_are_not() {
     air.ask(4, 237, &[9, 0, 0, 0, 0, 0, 0, 0, 5, 0, 0, 0, 1, 1]);
     assert_eq!(field(&answer(&mut air, 4), |it| (it.u64(0), it.u32(8))), (9, 5));
     assert!(air.hear_for(1, 111).is_empty());
+}
+
+#[test]
+fn a_ping_from_nobody_gets_no_answer_that_would_be_a_question_to_all() {
+    let mut air = one();
+    let ping = [9, 0, 0, 0, 0, 0, 0, 0, 5, 0, 0, 0, 0, 0];
+    air.ask_as(Component::new(0, 190), 4, 237, &ping);
+    assert!(air.hear_for(1, 4).is_empty());
+    air.ask_as(Component::new(255, 0), 4, 237, &ping);
+    assert_eq!(air.hear_for(1, 4).len(), 1);
 }
 
 #[test]

@@ -3,6 +3,8 @@
 use std::net::{SocketAddr, UdpSocket};
 use std::time::{Duration, Instant};
 
+use mavswitch::control::{Client, Request};
+
 use crate::harness::*;
 
 const TCP: &str = "tcpin:127.0.0.1:0?name=tcp";
@@ -88,6 +90,50 @@ fn a_ground_station_that_has_moved_is_sent_to_where_its_name_now_leads() {
     while moved.recv(&mut [0; 300]).is_err() {
         // It is asked for every 30 s, and 2 s after a refusal.
         assert!(moved_at.elapsed() < Duration::from_secs(10), "it still goes where it went");
+        vehicle.send(heartbeat(VEHICLE));
+    }
+}
+
+#[test]
+fn of_several_addresses_the_first_is_meant_again_each_time() {
+    if !in_own_namespaces(of_several_addresses_the_first_is_meant_again_each_time, &["mount"]) {
+        return;
+    }
+    let names = Names::none();
+    names.set_all("gcs.example", &["127.0.0.7", "127.0.0.8"]);
+    let router = Router::start(&["udpout:gcs.example:14550?name=send", TCP]);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let mut gcs = awaiting("127.0.0.7:14550", GCS);
+    let elsewhere = roomy_udp_socket("127.0.0.8:14550".parse().unwrap());
+    gcs.meet(&mut vehicle);
+    let mut client = Client::connect(Some(&router.control())).unwrap();
+    client.ask(Request::EndpointDisable { name: "send".into() }).unwrap();
+    client.ask(Request::EndpointEnable { name: "send".into() }).unwrap();
+    gcs.meet(&mut vehicle);
+    elsewhere.set_nonblocking(true).unwrap();
+    assert!(elsewhere.recv(&mut [0; 300]).is_err(), "nobody has ever moved");
+}
+
+#[test]
+fn a_ground_station_that_has_only_an_address_of_the_other_kind_now_is_sent_to_there() {
+    let test = a_ground_station_that_has_only_an_address_of_the_other_kind_now_is_sent_to_there;
+    if !in_own_namespaces(test, &["mount"]) {
+        return;
+    }
+    let names = Names::none();
+    names.set("gcs.example", "127.0.0.7");
+    let router = Router::start(&["udpout:gcs.example:14550?name=send", TCP]);
+    let mut vehicle = router.tcp("tcp", VEHICLE);
+    let mut gcs = awaiting("127.0.0.7:14550", GCS);
+    gcs.meet(&mut vehicle);
+    vehicle.meet(&mut gcs);
+    names.set("gcs.example", "::1");
+    drop(gcs);
+    let moved = UdpSocket::bind("[::1]:14550").unwrap();
+    moved.set_read_timeout(Some(Duration::from_millis(100))).unwrap();
+    let moved_at = Instant::now();
+    while moved.recv(&mut [0; 300]).is_err() {
+        assert!(moved_at.elapsed() < Duration::from_secs(20), "it still goes where it went");
         vehicle.send(heartbeat(VEHICLE));
     }
 }

@@ -28,6 +28,12 @@ impl Names {
 
     /// From now on `name` means `address`, and no other name means anything.
     pub(crate) fn set(&self, name: &str, address: &str) {
-        self.dir.write("hosts", &format!("127.0.0.1 localhost\n{address} {name}\n"));
+        self.set_all(name, &[address]);
+    }
+
+    /// The same with several addresses, of which the first is to be preferred.
+    pub(crate) fn set_all(&self, name: &str, addresses: &[&str]) {
+        let lines: String = addresses.iter().map(|at| format!("{at} {name}\n")).collect();
+        self.dir.write("hosts", &format!("127.0.0.1 localhost\n{lines}"));
     }
 }
