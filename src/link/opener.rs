@@ -4,9 +4,10 @@
 use std::convert::Infallible;
 use std::fs::File;
 use std::io;
-use std::path::PathBuf;
-use std::sync::Arc;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -50,6 +51,7 @@ pub enum SerialOutcome {
 pub struct Opener<A> {
     answers: (Sender<SerialAnswer<A>>, Receiver<SerialAnswer<A>>),
     waker: Arc<Waker>,
+    emptying: Arc<Emptying>,
     /// Every port that is being closed holds a copy of the sender.
     closing: (Sender<Infallible>, Receiver<Infallible>),
 }
@@ -57,7 +59,7 @@ pub struct Opener<A> {
 impl<A: Send + 'static> Opener<A> {
     /// One that wakes the loop of `waker`.
     pub fn new(waker: Arc<Waker>) -> Self {
-        Self { answers: channel(), waker, closing: channel() }
+        Self { answers: channel(), waker, emptying: Arc::default(), closing: channel() }
     }
 
     /// Opens a port for this program alone; without a device, that of a flight controller. The
@@ -72,12 +74,16 @@ impl<A: Send + 'static> Opener<A> {
         device: Option<PathBuf>,
         settings: SerialSettings,
     ) -> io::Result<()> {
+        let emptying = Arc::clone(&self.emptying);
         self.ask(asker, move || {
             let none =
                 || io::Error::new(io::ErrorKind::NotFound, "no flight controller is plugged in");
             let device = device.or_else(find_flight_controller);
             let port = match &device {
-                Some(device) => open_serial(device, settings),
+                Some(device) => {
+                    emptying.wait_for(device);
+                    open_serial(device, settings)
+                }
                 None => Err(none()),
             };
             SerialOutcome::Opened { device, settings, port }
@@ -119,12 +125,14 @@ impl<A: Send + 'static> Opener<A> {
         self.answers.1.recv_timeout(limit).ok()
     }
 
-    /// Closes a port. Others may open it from now on.
+    /// Closes a port. Other programs may open it from now on; who asks here waits until it is empty.
     pub fn close(&self, port: File) {
         serial::release(&port);
         let is_closing = self.closing.0.clone();
+        let emptied = Emptying::begin(&self.emptying, &port);
         let close = move || {
             serial::empty(&port, CLOSING);
+            drop(emptied);
             drop(port);
             drop(is_closing);
         };
@@ -136,6 +144,53 @@ impl<A: Send + 'static> Opener<A> {
     pub fn wait_until_closed(self, limit: Duration) {
         drop(self.closing.0);
         let _ = self.closing.1.recv_timeout(limit);
+    }
+}
+
+/// The devices whose ports are being emptied, by number. What is thrown away of a port goes for the
+/// whole device: also what somebody has written who has opened it meanwhile.
+#[derive(Default)]
+struct Emptying {
+    devices: Mutex<Vec<u64>>,
+    is_one_less: Condvar,
+}
+
+impl Emptying {
+    /// A port is being emptied until the value that this gives is gone.
+    fn begin(this: &Arc<Self>, port: &File) -> Option<Emptied> {
+        let device = port.metadata().ok()?.rdev();
+        this.devices().push(device);
+        Some(Emptied { device, of: Arc::clone(this) })
+    }
+
+    /// Waits until no port of a device is being emptied, but not for a driver that hangs.
+    fn wait_for(&self, device: &Path) {
+        let Ok(device) = std::fs::metadata(device).map(|found| found.rdev()) else { return };
+        let is_emptying = |devices: &mut Vec<u64>| devices.contains(&device);
+        let waited = self.is_one_less.wait_timeout_while(self.devices(), CLOSING * 2, is_emptying);
+        drop(waited);
+    }
+
+    fn devices(&self) -> MutexGuard<'_, Vec<u64>> {
+        // Whoever had it can have left nothing half done.
+        self.devices.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// See [`Emptying::begin`].
+struct Emptied {
+    device: u64,
+    of: Arc<Emptying>,
+}
+
+impl Drop for Emptied {
+    fn drop(&mut self) {
+        let mut devices = self.of.devices();
+        if let Some(at) = devices.iter().position(|device| *device == self.device) {
+            devices.swap_remove(at);
+        }
+        drop(devices);
+        self.of.is_one_less.notify_all();
     }
 }
 
@@ -160,5 +215,24 @@ mod tests {
         };
         assert_eq!(device, Some("/dev/null".into()));
         assert_eq!(error.raw_os_error(), Some(libc::ENOTTY));
+    }
+
+    #[test]
+    fn a_port_is_opened_when_its_predecessor_is_empty_and_not_before() {
+        let poll = Poll::new().unwrap();
+        let opener = Opener::new(Arc::new(Waker::new(poll.registry(), Token(7)).unwrap()));
+        let settings = SerialSettings { baud: 57_600, rtscts: false };
+        let emptied = Emptying::begin(&opener.emptying, &File::open("/dev/null").unwrap());
+        opener.open(1, Some("/dev/null".into()), settings).unwrap();
+        opener.open(2, Some("/dev/zero".into()), settings).unwrap();
+        let other = opener.wait(Duration::from_secs(60)).unwrap();
+        assert_eq!(other.asker, 2, "another device does not wait");
+        drop(emptied);
+        assert_eq!(opener.wait(Duration::from_secs(60)).unwrap().asker, 1);
+        // A port that is closed is waited for, and not for ever.
+        opener.close(File::open("/dev/null").unwrap());
+        opener.open(3, Some("/dev/null".into()), settings).unwrap();
+        assert_eq!(opener.wait(Duration::from_secs(60)).unwrap().asker, 3);
+        assert_eq!(opener.emptying.devices().len(), 0);
     }
 }
