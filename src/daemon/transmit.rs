@@ -176,7 +176,7 @@ fn flush_datagrams(peer: SocketAddr, port: &mut Port, endpoint: &mut Endpoint, n
             // Too long, no route, no buffers: this datagram is lost, the link is not.
             Some(error) => {
                 let lost = port.frames().packed(usize::from(longest)).next().map_or(0, len);
-                port.consume(lost);
+                port.lose(lost);
                 failure = Some((destination, error));
             }
         }

@@ -48,11 +48,13 @@ pub enum DropReason {
     /// REQUEST_DATA_STREAM, where nobody but this program asks for streams (`block_stream_requests`);
     /// counts on the link it came from.
     StreamRequest,
+    /// The system refused to send it: no way to there, too long, no memory.
+    Unsendable,
 }
 
 impl DropReason {
     /// All of them, in the order of their declaration.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Self::NoRoute,
         Self::SetupSigning,
         Self::Loop,
@@ -73,6 +75,7 @@ impl DropReason {
         Self::Signed,
         Self::NotConverted,
         Self::StreamRequest,
+        Self::Unsendable,
     ];
 
     /// Whether it is the outcome of a check of signatures.
@@ -104,6 +107,7 @@ impl DropReason {
             Self::Signed => "signed",
             Self::NotConverted => "not_converted",
             Self::StreamRequest => "stream_request",
+            Self::Unsendable => "unsendable",
         }
     }
 }
@@ -115,7 +119,8 @@ pub struct LinkCounters {
     pub frames_in: u64,
     /// Their bytes.
     pub bytes_in: u64,
-    /// Frames that were queued for sending.
+    /// Frames that were queued for sending, but for those that could not be sent then: each frame
+    /// that was meant for a link is counted here or as dropped, and once.
     pub frames_out: u64,
     /// Their bytes.
     pub bytes_out: u64,

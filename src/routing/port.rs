@@ -214,6 +214,25 @@ impl Port {
         }
     }
 
+    /// Takes out the first `count` bytes, whole frames: they cannot be sent. They are counted as that,
+    /// and no longer as sent.
+    ///
+    /// # Panics
+    ///
+    /// If there are not so many.
+    pub fn lose(&mut self, count: usize) {
+        let mut seen = 0;
+        let is_lost = |(first, second): &(&[u8], &[u8])| {
+            seen += first.len() + second.len();
+            seen <= count
+        };
+        let frames = self.queue.frames().take_while(is_lost).count() as u64;
+        self.consume(count);
+        self.counters[DropReason::Unsendable] += frames;
+        self.counters.frames_out = self.counters.frames_out.saturating_sub(frames);
+        self.counters.bytes_out = self.counters.bytes_out.saturating_sub(count as u64);
+    }
+
     /// Whether a frame of any length would be taken now.
     pub fn has_room(&self, precedence: Precedence) -> bool {
         self.queue.has_room(MAX_FRAME, precedence)

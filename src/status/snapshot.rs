@@ -130,7 +130,7 @@ pub struct Counters {
     pub frames_in: u64,
     /// Their bytes.
     pub bytes_in: u64,
-    /// Frames that were queued for sending.
+    /// Frames that were queued for sending, but for those that could not be sent then.
     pub frames_out: u64,
     /// Their bytes.
     pub bytes_out: u64,

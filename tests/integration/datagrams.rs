@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use mavswitch::control::Client;
+
 use crate::harness::*;
 
 const TCP: &str = "tcpin:127.0.0.1:0?name=tcp";
@@ -128,4 +130,23 @@ fn a_damaged_frame_does_not_hold_back_the_rest_of_its_datagram() {
     vehicle.send([corrupted(&heartbeat(VEHICLE)), good.concat()].concat());
     gcs.expect_each(&good);
     gcs.expect_nothing_from(&mut vehicle);
+}
+
+#[test]
+fn what_the_system_does_not_send_is_counted_as_that_and_not_as_sent() {
+    // Only a socket that broadcasts may send there.
+    let router = Router::start(&["udpout:255.255.255.255:9?name=nowhere&pack=true", UDP]);
+    let mut vehicle = router.udp("udp", VEHICLE);
+    let frames: Vec<_> = (0..5).map(|n| attitude(VEHICLE, n)).collect();
+    vehicle.send(frames.concat());
+    router.log.wait_for(&["nowhere: cannot send to 255.255.255.255:9"]);
+    let mut client = Client::connect(Some(&router.control())).expect("a daemon");
+    eventually("all are counted", || {
+        let snapshot = client.status().expect("an answer");
+        let of = |name| snapshot.endpoints.iter().find(|it| it.name == name).expect("an endpoint");
+        let heard = of("udp").links[0].counters.frames_in;
+        let counters = &of("nowhere").links[0].counters;
+        assert_eq!((counters.frames_out, counters.bytes_out), (0, 0));
+        heard > 5 && counters.refused.get("unsendable") == Some(&heard)
+    });
 }
