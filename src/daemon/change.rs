@@ -141,6 +141,7 @@ impl Daemon {
                 // At another pace, it is ready at another time; that is set after the next flush.
                 link.pace_deadline = None;
             }
+            self.ask_for_proof(id);
         }
     }
 

@@ -16,6 +16,7 @@ impl Daemon {
                 Timer::Pause => self.handle_pause(),
                 Timer::Pace(link) => self.handle_pace(link),
                 Timer::Stall(link) => self.check_stalled(link),
+                Timer::Proof(link) => self.check_proof(link),
                 Timer::Local(link) => self.handle_local_deadline(link),
                 Timer::Own => self.handle_own_deadline(),
                 Timer::Log(index) => self.say_last_word(index),

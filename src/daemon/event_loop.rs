@@ -173,7 +173,7 @@ impl Daemon {
             start: Instant::now(),
             now,
             router: Router::new(general.router),
-            started_with: general.clone(),
+            started_with: General { keys: Vec::new(), ..general.clone() },
             general,
             checker: Checker::new(dialect),
             inbox: Inbox::new(),

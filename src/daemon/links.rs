@@ -26,6 +26,8 @@ pub(super) struct Link {
     pub(super) pace_deadline: Option<Time>,
     /// When [`super::timers::Timer::Stall`] has something to do.
     pub(super) stall_deadline: Option<Time>,
+    /// When [`super::timers::Timer::Proof`] has something to do.
+    pub(super) proof_deadline: Option<Time>,
 }
 
 impl Link {
@@ -40,6 +42,7 @@ impl Link {
             output,
             pace_deadline: None,
             stall_deadline: None,
+            proof_deadline: None,
         }
     }
 }

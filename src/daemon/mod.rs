@@ -22,6 +22,7 @@ mod open;
 mod own;
 mod peers;
 mod plan;
+mod proof;
 mod receive;
 mod record;
 mod reload;

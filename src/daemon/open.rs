@@ -4,6 +4,7 @@ use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, SocketAddrV6};
 
 use mio::Interest;
+use mio::net::UdpSocket;
 use tracing::info;
 
 use super::endpoint::{Answerer, DatagramPort, Endpoint, Peers, Role, State};
@@ -93,13 +94,8 @@ impl Daemon {
         let socket = doing(action, open_udp(address, settings))?;
         let local = doing(action, socket.local_addr())?;
         info!("{}: listening on {local}", endpoint.name);
-        let port = DatagramPort {
-            socket,
-            group_socket: None,
-            writable: true,
-            role: Role::Server(Peers::default()),
-        };
-        self.watch_datagrams(index, port, action)
+        let sockets = (socket, None);
+        self.open_datagrams(index, sockets, action, |_| Ok(Role::Server(Peers::default())))
     }
 
     fn open_udp_sender(&mut self, index: EndpointId, remote: SocketAddr) -> Result<(), OpenError> {
@@ -112,10 +108,9 @@ impl Daemon {
         let settings = UdpSettings { device, hears_refusals, ..UdpSettings::default() };
         let socket = doing(|| format!("send from {local}"), open_udp(local, settings))?;
         let local = doing(action, socket.local_addr())?;
-        let link = self.add_sender_link(index, remote, local)?;
-        let role = Role::Sender { link, remote };
-        let port = DatagramPort { socket, group_socket: None, writable: true, role };
-        self.watch_datagrams(index, port, action)
+        self.open_datagrams(index, (socket, None), action, |daemon| {
+            Ok(Role::Sender { link: daemon.add_sender_link(index, remote, local)?, remote })
+        })
     }
 
     fn open_udp_shared(
@@ -142,10 +137,10 @@ impl Daemon {
             None
         };
         let own = doing(action, own_address(everybody, local, options.dev.as_deref()))?;
-        let link = self.add_sender_link(index, everybody, local)?;
-        let role = Role::Shared { link, everybody, own, answerer: Answerer::default() };
-        let port = DatagramPort { socket, group_socket, writable: true, role };
-        self.watch_datagrams(index, port, action)
+        self.open_datagrams(index, (socket, group_socket), action, |daemon| {
+            let link = daemon.add_sender_link(index, everybody, local)?;
+            Ok(Role::Shared { link, everybody, own, answerer: Answerer::default() })
+        })
     }
 
     /// Makes the one link of a UDP endpoint that sends from the start.
@@ -161,24 +156,28 @@ impl Daemon {
         doing(|| format!("send to {remote}"), link)
     }
 
-    fn watch_datagrams(
+    /// Has sockets watched, and only then finds out what they are for: where that makes a link, nothing
+    /// can fail any more that would leave it without them.
+    fn open_datagrams(
         &mut self,
         index: EndpointId,
-        mut port: DatagramPort,
+        (mut socket, mut group_socket): (UdpSocket, Option<UdpSocket>),
         action: impl Fn() -> String,
+        role: impl FnOnce(&mut Self) -> Result<Role, OpenError>,
     ) -> Result<(), OpenError> {
         let token = Meaning::Endpoint(index.slot()).token();
-        doing(&action, self.registry().register(&mut port.socket, token, UNLESS_FULL))?;
-        if let Some(socket) = &mut port.group_socket {
+        for socket in [Some(&mut socket), group_socket.as_mut()].into_iter().flatten() {
             doing(&action, self.registry().register(socket, token, UNLESS_FULL))?;
         }
+        let role = role(self)?;
+        let port = DatagramPort { socket, group_socket, writable: true, role };
         self.set_open(index, State::Datagrams(port));
         Ok(())
     }
 }
 
 /// The socket that hears a multicast group.
-fn open_group(endpoint: &Endpoint, group: SocketAddr) -> io::Result<mio::net::UdpSocket> {
+fn open_group(endpoint: &Endpoint, group: SocketAddr) -> io::Result<UdpSocket> {
     let device = endpoint.options().dev.as_deref();
     let settings = UdpSettings { device, shared: true, ..UdpSettings::default() };
     let socket = open_udp(group, settings)?;
@@ -242,3 +241,6 @@ pub(super) fn socket_address(host_port: &HostPort) -> io::Result<Option<SocketAd
         Host::Name(_) => None,
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -38,7 +38,7 @@ const REPLACEABLE_AFTER: Duration = Duration::from_secs(10);
 const ACCEPTS: usize = 64;
 
 /// When accepting is tried again after the system had no descriptors left.
-const ACCEPT_AGAIN: Duration = Duration::from_millis(500);
+pub(super) const ACCEPT_AGAIN: Duration = Duration::from_millis(500);
 
 impl Daemon {
     /// Makes a link and tells of it; gives `output` back if there are too many.
@@ -53,6 +53,10 @@ impl Daemon {
         self.say(endpoint, Level::INFO, self.topic(endpoint), &format!("link {id} up: {peer}"));
         let link = Link::new(endpoint, peer, output, self.now);
         self.io.links.insert(id, link);
+        // Its endpoint counts it for as long as it is there, however it ends.
+        if let State::Listening(_, count) = &mut self.io.endpoints[endpoint].state {
+            *count += 1;
+        }
         Ok(id)
     }
 
@@ -240,18 +244,15 @@ impl Daemon {
         let State::Listening(_, count) = &self.io.endpoints[index].state else {
             return;
         };
-        if *count >= max_peers {
+        if *count >= max_peers && !self.replace_unproven(index) {
             return self.refuse_surplus(index, peer);
         }
         let added = tune(&stream, patience)
             .and_then(|()| self.add_stream(index, peer.to_string(), Stream::Tcp(stream)));
         match added {
-            Ok(_) => {
-                let endpoint = &mut self.io.endpoints[index];
-                endpoint.is_refusing = false;
-                if let State::Listening(_, count) = &mut endpoint.state {
-                    *count += 1;
-                }
+            Ok(link) => {
+                self.io.endpoints[index].is_refusing = false;
+                self.ask_for_proof(link);
             }
             Err(error) => self.refuse(index, peer, &error.to_string()),
         }
@@ -289,6 +290,8 @@ impl Daemon {
         }
         let heard = self.keep_counts(id, &link);
         self.router.remove_link(id);
+        // Who gets its number next has nothing to do with what broke it.
+        self.io.closing.retain(|(closing, _)| *closing != id);
         self.unfinished.remove(id);
         self.held_back.remove(id);
         self.ready.retain(|ready| *ready != Ready::Link(id));
@@ -336,7 +339,7 @@ pub(super) fn plain(address: SocketAddr) -> SocketAddr {
 }
 
 /// Whether accepting failed for a reason of that one connection.
-fn is_of_connection(error: &io::Error) -> bool {
+pub(super) fn is_of_connection(error: &io::Error) -> bool {
     use io::ErrorKind::{ConnectionAborted, ConnectionReset, Interrupted};
     matches!(error.kind(), ConnectionAborted | ConnectionReset | Interrupted)
 }

@@ -14,12 +14,13 @@ use mio::Waker;
 use tracing::{error, info, warn};
 
 use super::change::list;
+use super::endpoint::Endpoint;
 use super::endpoint_table::EndpointId;
 use super::event_loop::{Daemon, DaemonConfig};
 use super::plan::{Plan, plan};
 use super::settings::{Settings, settle};
 use crate::config::{GENERAL, General, LogLevel};
-use crate::mavlink::Dialect;
+use crate::mavlink::{Dialect, Key};
 
 /// The program around the daemon.
 pub trait Host: Send + Sync {
@@ -187,6 +188,7 @@ impl Daemon {
         self.io.endpoints.tell_names_apart();
         self.add_endpoints(new.into_iter().map(|(settings, _)| settings));
         self.begin_signing_time(false);
+        self.forget_keys();
         self.refresh_own();
         let (gone, new, kept) = counts;
         Counts {
@@ -214,6 +216,14 @@ impl Daemon {
             }
             self.remove_endpoint(*index, "the configuration has changed");
         }
+    }
+
+    /// Forgets keys that are not configured any more, so that nothing has them and they are wiped. An
+    /// endpoint without a link just now still needs to know what was heard by its key.
+    fn forget_keys(&mut self) {
+        let verify = |endpoint: &Endpoint| Some(endpoint.gate.verify.as_ref()?.key.clone());
+        let used: Vec<Key> = self.io.endpoints.iter().filter_map(verify).collect();
+        self.router.forget_keys(|key| used.contains(key));
     }
 
     /// Logs at another level from now on.

@@ -18,7 +18,7 @@ use crate::routing::Reminder;
 pub(super) enum PeerRefusal {
     /// `allow_from` does not have its address.
     Outside,
-    /// Nothing that it sends is signed as `verify` wants it.
+    /// Nothing that it sends is signed as `verify` wants it, or it sends nothing at all.
     Unbelieved,
     /// There are as many peers as `max_peers` allows.
     Full,
@@ -79,6 +79,11 @@ impl Daemon {
             let reason = "what it sends is not signed with the key of `verify`, or came before";
             self.refuse(index, source, reason);
         }
+    }
+
+    /// Counts somebody who was connected and has not shown the key.
+    pub(super) fn count_unproven(&mut self, index: EndpointId) {
+        self.io.endpoints[index].refusals.count(PeerRefusal::Unbelieved);
     }
 
     /// Counts and tells of somebody for whom there is no room.

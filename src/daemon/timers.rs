@@ -19,6 +19,8 @@ pub(super) enum Timer {
     Pace(LinkId),
     /// See whether the other side of a connection still takes something.
     Stall(LinkId),
+    /// See whether whoever has to show a key has done so.
+    Proof(LinkId),
     /// Ask the other side of a link inside the program what it has to say.
     Local(LinkId),
     /// Let the program's own component live for another second.

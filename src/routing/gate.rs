@@ -294,6 +294,12 @@ impl Router {
         self.port(link).is_some_and(Port::has_gate)
     }
 
+    /// Whether nothing is sent to a link yet, as whoever is there has not shown the key.
+    pub fn awaits_proof(&self, link: LinkId) -> bool {
+        let gate = self.port(link).and_then(|port| port.gate.as_ref());
+        gate.is_some_and(|gate| gate.awaits_proof)
+    }
+
     /// A frame that was taken from `link`, as its gate let it in: with other system ids, perhaps.
     pub fn as_taken<'a>(
         &self,

@@ -3,6 +3,7 @@
 
 use super::link_set::LinkId;
 use super::reminder::Reminder;
+use super::router::Router;
 use super::time::Time;
 use crate::mavlink::{CheckedFrame, Component, Key, Refusal, Streams, Timestamp};
 
@@ -62,8 +63,8 @@ struct Heard {
 #[derive(Default, Debug)]
 pub(super) struct Signing {
     pub(super) clock: SigningClock,
-    /// One for each key and member that was ever configured.
-    heard: Vec<Heard>,
+    /// One for each key and member that is configured, at the place that its gates know it by.
+    heard: Vec<Option<Heard>>,
     /// Whose refused frames the log was told of.
     pub(super) told: Reminder<(LinkId, Component)>,
 }
@@ -75,16 +76,31 @@ pub(super) struct HeardId(usize);
 impl Signing {
     /// The streams of a key, made if they are not there.
     pub(super) fn streams_of(&mut self, key: &Key, member: Option<u16>) -> HeardId {
-        let known = self.find(key, member);
-        HeardId(known.unwrap_or_else(|| {
-            let streams = Streams::default();
-            self.heard.push(Heard { key: key.clone(), member, streams });
-            self.heard.len() - 1
-        }))
+        if let Some(known) = self.find(key, member) {
+            return HeardId(known);
+        }
+        let new = Some(Heard { key: key.clone(), member, streams: Streams::default() });
+        let free = self.heard.iter().position(Option::is_none);
+        match free {
+            Some(free) => self.heard[free] = new,
+            None => self.heard.push(new),
+        }
+        HeardId(free.unwrap_or(self.heard.len() - 1))
+    }
+
+    /// Forgets the keys that nobody has any use for, with what was heard by them: the last copy of a
+    /// key may be here.
+    pub(super) fn forget_keys(&mut self, is_used: impl Fn(&Key) -> bool) {
+        for place in &mut self.heard {
+            if place.as_ref().is_some_and(|heard| !is_used(&heard.key)) {
+                *place = None;
+            }
+        }
     }
 
     fn find(&self, key: &Key, member: Option<u16>) -> Option<usize> {
-        self.heard.iter().position(|heard| heard.member == member && heard.key == *key)
+        let is_it = |heard: &Heard| heard.member == member && heard.key == *key;
+        self.heard.iter().position(|place| place.as_ref().is_some_and(is_it))
     }
 
     /// Believes a frame, or says why not.
@@ -94,7 +110,10 @@ impl Signing {
         frame: &CheckedFrame<'_>,
         now: Time,
     ) -> Result<(), Refusal> {
-        let heard = &mut self.heard[id.0];
+        // A key is forgotten only when no gate has it any more.
+        let Some(Some(heard)) = self.heard.get_mut(id.0) else {
+            return Err(Refusal::WrongSignature);
+        };
         let time = heard.streams.accept(frame, &heard.key, self.clock.show(now))?;
         self.clock.put_forward(time, now);
         Ok(())
@@ -109,10 +128,23 @@ impl Signing {
         now: Time,
     ) -> bool {
         let local = self.clock.show(now);
-        match self.find(key, member) {
-            Some(at) => self.heard[at].streams.would_accept(frame, key, local),
+        let known = self.find(key, member).and_then(|at| self.heard[at].as_ref());
+        match known {
+            Some(heard) => heard.streams.would_accept(frame, key, local),
             None => Streams::default().would_accept(frame, key, local),
         }
+    }
+}
+
+impl Router {
+    /// Forgets the keys that no link has and that are not used otherwise, with what was heard by them.
+    pub fn forget_keys(&mut self, is_used: impl Fn(&Key) -> bool) {
+        let ports = &self.ports;
+        let of_link = |key: &Key| {
+            let mut gates = ports.iter().flatten().filter_map(|port| port.gate.as_deref());
+            gates.any(|gate| gate.options.verify.as_ref().is_some_and(|it| it.key == *key))
+        };
+        self.signing.forget_keys(|key| is_used(key) || of_link(key));
     }
 }
 
@@ -129,6 +161,25 @@ mod tests {
         assert_eq!(clock.show(at(1)), Timestamp::new(1_100));
         clock.put_forward(Timestamp::new(9_000), at(1));
         assert_eq!(clock.show(at(2)), Timestamp::new(9_100));
+    }
+
+    #[test]
+    fn a_key_that_nobody_uses_is_forgotten_and_the_others_keep_their_places() {
+        let mut signing = Signing::default();
+        let [old, kept, new] = ["old", "kept", "new"].map(Key::from_passphrase);
+        let place = |signing: &mut Signing, key, member| signing.streams_of(key, member).0;
+        assert_eq!(place(&mut signing, &old, None), 0);
+        assert_eq!(place(&mut signing, &kept, None), 1);
+        assert_eq!(place(&mut signing, &old, Some(1)), 2);
+        signing.forget_keys(|key| *key == kept);
+        assert!(signing.heard[0].is_none() && signing.heard[2].is_none());
+        assert_eq!(place(&mut signing, &kept, None), 1);
+        for (n, rotated) in (0..100).map(|n| (n, Key::from_passphrase(&n.to_string()))) {
+            signing.streams_of(&rotated, None);
+            assert_eq!(signing.heard.len(), 3, "after {n}");
+            signing.forget_keys(|key| *key == kept);
+        }
+        assert_eq!(place(&mut signing, &new, None), 0);
     }
 
     #[test]
