@@ -23,6 +23,7 @@ use self::client::{ControlClient, Input, Mode};
 use self::socket::ControlSocket;
 use self::why::FrameShape;
 use super::event_loop::{Daemon, Meaning};
+use super::peers::{ACCEPT_AGAIN, is_of_connection};
 use super::timers::Timer;
 use crate::config::{ControlPlace, LogLevel};
 use crate::control::{
@@ -47,6 +48,8 @@ pub(super) struct Control {
     is_knocked: bool,
     /// Whether there may be anything to do before the next turn.
     has_work: bool,
+    /// When to try again to accept, where that failed.
+    accept_at: Option<Time>,
     /// What [`Timer::Control`] was last set for.
     deadline: Option<Time>,
 }
@@ -59,6 +62,7 @@ impl Control {
             clients: [const { None }; MAX_CLIENTS],
             is_knocked: false,
             has_work: false,
+            accept_at: None,
             deadline: None,
         }
     }
@@ -124,9 +128,7 @@ impl Daemon {
             return false;
         }
         self.now = self.clock();
-        if std::mem::take(&mut self.control.is_knocked) {
-            self.accept_clients();
-        }
+        self.accept_clients();
         let mut is_busy = false;
         for slot in 0..MAX_CLIENTS {
             is_busy |= self.serve_client(slot);
@@ -137,12 +139,19 @@ impl Daemon {
     }
 
     fn accept_clients(&mut self) {
-        while let Some(socket) = &self.control.socket {
+        self.control.accept_at = None;
+        while let (true, Some(socket)) = (self.control.is_knocked, &self.control.socket) {
             match socket.accept() {
                 Ok(stream) => self.admit_client(stream),
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                // None left; or no descriptors, and then the next one who comes is another event.
-                Err(_) => return,
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                    self.control.is_knocked = false;
+                }
+                Err(error) if is_of_connection(&error) => {}
+                // No descriptors, no memory: nothing tells when there are some again.
+                Err(_) => {
+                    self.control.accept_at = Some(self.now + ACCEPT_AGAIN);
+                    return;
+                }
             }
         }
     }
@@ -262,8 +271,8 @@ impl Daemon {
 
     fn set_control_timer(&mut self) {
         let clients = self.control.clients.iter().flatten();
-        let next = clients.filter_map(|client| client.deadline(IDLE)).min();
-        if let Some(at) = next
+        let ends = clients.filter_map(|client| client.deadline(IDLE));
+        if let Some(at) = ends.chain(self.control.accept_at).min()
             && self.control.deadline.is_none_or(|set| set > at)
         {
             self.control.deadline = Some(at);

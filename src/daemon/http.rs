@@ -8,6 +8,7 @@ mod connection;
 mod request;
 mod response;
 
+use std::io::ErrorKind;
 use std::net::SocketAddr;
 use std::time::Duration;
 
@@ -20,6 +21,7 @@ use self::connection::{Connection, Progress};
 use self::request::{Request, Resource};
 use self::response::{Response, Status};
 use super::event_loop::{Daemon, Meaning};
+use super::peers::{ACCEPT_AGAIN, is_of_connection};
 use super::timers::Timer;
 use crate::link::listen;
 use crate::routing::Time;
@@ -50,6 +52,8 @@ pub(super) struct Http {
     first: usize,
     /// When to try to listen again.
     retry_at: Option<Time>,
+    /// When to try again to accept, where that failed.
+    accept_at: Option<Time>,
     /// What [`Timer::Http`] was last set for.
     deadline: Option<Time>,
     metrics: Metrics,
@@ -67,6 +71,7 @@ impl Http {
             has_work: false,
             first: 0,
             retry_at: None,
+            accept_at: None,
             deadline: None,
             metrics: Metrics::default(),
         }
@@ -103,6 +108,7 @@ impl Http {
     }
 
     fn accept_all(&mut self, registry: &Registry, now: Time) {
+        self.accept_at = None;
         while let (true, Some(listener)) = (self.is_knocked, &self.listener) {
             let Some(slot) = self.connections.iter().position(Option::is_none) else { return };
             match listener.accept() {
@@ -111,9 +117,13 @@ impl Http {
                     let token = Meaning::Http(slot as u8 + 1).token();
                     self.connections[slot] = Connection::new(stream, registry, token, now).ok();
                 }
-                Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-                // None left; or no descriptors, and then the next one who comes is another event.
-                Err(_) => self.is_knocked = false,
+                Err(error) if error.kind() == ErrorKind::WouldBlock => self.is_knocked = false,
+                Err(error) if is_of_connection(&error) => {}
+                // No descriptors, no memory: nothing tells when there are some again.
+                Err(_) => {
+                    self.accept_at = Some(now + ACCEPT_AGAIN);
+                    return;
+                }
             }
         }
     }
@@ -218,6 +228,7 @@ impl Daemon {
     fn set_http_timer(&mut self) {
         let connections = self.http.connections.iter().flatten();
         let ends = connections.map(Connection::deadline).chain(self.http.retry_at);
+        let ends = ends.chain(self.http.accept_at);
         if let Some(at) = ends.min()
             && self.http.deadline.is_none_or(|set| set > at)
         {

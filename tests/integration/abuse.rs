@@ -1,5 +1,11 @@
 //! Bad input of any kind: whatever comes, the router goes on, stays small and keeps serving others.
 
+use std::io::{Read, Write};
+use std::net::TcpStream;
+
+use mavswitch::control::Client;
+use rustix::process::{Pid, Resource, getrlimit, prlimit};
+
 use crate::harness::*;
 
 const TCP: &str = "tcpin:127.0.0.1:0?name=tcp";
@@ -169,4 +175,32 @@ fn connections_that_are_held_open_and_say_nothing() {
     scene.serves();
     drop(idle);
     scene.has_recovered();
+}
+
+#[test]
+fn who_calls_while_there_are_no_descriptors_is_served_when_there_are_some_again() {
+    let router = Router::start(&[TCP, "--metrics=127.0.0.1:0"]);
+    let line = router.log.wait_for(&["metrics and status page at http://"]);
+    let page = line.split("http://").nth(1).expect("an address").trim_end().trim_end_matches('/');
+    let pid = Pid::from_raw(router.process().0 as i32);
+    let before = getrlimit(Resource::Nofile);
+    let mut none = before;
+    none.current = Some(router.process().descriptors() as u64);
+    prlimit(pid, Resource::Nofile, none).expect("a limit");
+    let mut browser = TcpStream::connect(page).expect("a router that listens");
+    browser.set_read_timeout(Some(PATIENCE)).expect("a timeout");
+    write!(browser, "GET /metrics HTTP/1.1\r\nHost: {page}\r\n\r\n").expect("room");
+    let control = router.control();
+    let caller = std::thread::spawn(move || {
+        let mut client = Client::connect(Some(&control)).expect("a daemon");
+        client.status().map(|it| it.endpoints.len())
+    });
+    // It tries again and again.
+    let _peer = router.tcp_unnoticed("tcp", GCS);
+    router.log.wait_for(&["tcp: cannot accept a connection: Too many open files"]);
+    prlimit(pid, Resource::Nofile, before).expect("the old limit");
+    let mut answer = [0; 15];
+    browser.read_exact(&mut answer).expect("an answer");
+    assert_eq!(&answer, b"HTTP/1.1 200 OK");
+    assert_eq!(caller.join().expect("no panic").expect("an answer"), 1);
 }
