@@ -100,14 +100,14 @@ impl Signing {
         Ok(())
     }
 
-    /// Whether a frame would be believed.
+    /// Whether a frame would be believed, and if not, why.
     pub(super) fn would_accept(
         &self,
         key: &Key,
         member: Option<u16>,
         frame: &CheckedFrame<'_>,
         now: Time,
-    ) -> bool {
+    ) -> Result<(), Refusal> {
         let local = self.clock.show(now);
         match self.find(key, member) {
             Some(at) => self.heard[at].streams.would_accept(frame, key, local),
