@@ -6,6 +6,7 @@ mod own;
 mod record;
 mod routerd;
 mod watch;
+mod words;
 
 use std::net::SocketAddr;
 use std::path::{self, Path, PathBuf};
@@ -69,6 +70,9 @@ pub enum Command {
         /// The file; without it, those in /etc/mavswitch
         #[arg(value_name = "FILE")]
         file: Option<PathBuf>,
+        /// The same, as the router takes it
+        #[arg(short, long, value_name = "FILE", conflicts_with = "file")]
+        config: Option<PathBuf>,
     },
     /// Print what a configuration of mavlink-router means, as a file of mavswitch
     ///
@@ -120,7 +124,7 @@ pub struct RouteArgs {
     /// Ports left out are 14550 for UDP and 5760 for TCP; a baud rate left out is 57600. The
     /// spellings of pymavlink, MAVProxy, MAVSDK, mavp2p, mavlink-server and mavlink-router are
     /// understood as well. Options follow as in a URL: udpout:10.0.0.2:14550?name=gcs
-    #[arg(value_name = "ENDPOINT", verbatim_doc_comment)]
+    #[arg(value_name = "ENDPOINT", value_parser = words::endpoint, verbatim_doc_comment)]
     pub endpoints: Vec<EndpointConfig>,
 
     /// Read this configuration file, and not those in /etc/mavswitch
@@ -323,6 +327,8 @@ Examples:
 
   What a configuration file says, and nothing else:
     mavswitch -c mavswitch.toml
+
+The options of an endpoint, behind its `?`, are explained in mavswitch(1).
 
 Exit status: 0 after SIGINT or SIGTERM, 1 if it cannot start, 2 for a wrong command line or a
 wrong configuration file.";

@@ -43,7 +43,9 @@ fn main() -> ExitCode {
     finish(match &cli.command {
         Some(Command::Dialect { file }) => print_dialect(file),
         Some(Command::Ports) => print_ports(),
-        Some(Command::Check { file }) => check_config(file.as_deref()),
+        Some(Command::Check { file, config }) => {
+            check_config(file.as_deref().or(config.as_deref()))
+        }
         Some(Command::Import { from }) => import(from.as_deref()),
         Some(Command::Log(command)) => log(command),
         Some(Command::Status(args)) => answered(args.run()),
@@ -107,10 +109,16 @@ fn finish(outcome: Result<(), Box<dyn Error>>) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             complain(&error);
-            ExitCode::FAILURE
+            let is_usage = error.is::<ConfigError>() || error.is::<Unusable>();
+            if is_usage { ExitCode::from(USAGE) } else { ExitCode::FAILURE }
         }
     }
 }
+
+/// A configuration that cannot be used, of which all has been told.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}: cannot be used")]
+struct Unusable(String);
 
 /// Says on standard error what is wrong.
 fn complain(error: &dyn Display) {
@@ -210,11 +218,15 @@ fn check_config(file: Option<&Path>) -> Result<(), Box<dyn Error>> {
     for finding in &findings {
         complain(finding);
     }
-    let wrong = findings.iter().filter(|finding| finding.is_wrong).count();
-    match wrong {
-        0 => print(format!("{}: right\n", names(&files)).as_bytes()),
-        _ => Err(format!("{}: cannot be used", names(&files)).into()),
+    if findings.iter().any(|finding| finding.is_wrong) {
+        return Err(Unusable(names(&files)).into());
     }
+    let warnings = match findings.len() {
+        0 => String::new(),
+        1 => ", with 1 warning".to_owned(),
+        count => format!(", with {count} warnings"),
+    };
+    print(format!("{}: right{warnings}\n", names(&files)).as_bytes())
 }
 
 fn names(files: &[PathBuf]) -> String {

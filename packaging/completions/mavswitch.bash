@@ -332,12 +332,20 @@ _mavswitch() {
             return 0
             ;;
         mavswitch__subcmd__check)
-            opts="-v -q -h --verbose --quiet --log-format --help"
+            opts="-c -v -q -h --config --verbose --quiet --log-format --help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
             fi
             case "${prev}" in
+                --config)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                -c)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
                 --log-format)
                     COMPREPLY=($(compgen -W "auto text json journal plain" -- "${cur}"))
                     return 0

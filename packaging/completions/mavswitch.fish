@@ -99,6 +99,7 @@ plain\t'One line of text without the time, for another log that adds its own'"
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand completions" -s v -l verbose -d 'Log more: what each link carried, and who found no route'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand completions" -s q -l quiet -d 'Log only what is wrong; twice: nothing but errors'
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand completions" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c mavswitch -n "__fish_mavswitch_using_subcommand check" -s c -l config -d 'The same, as the router takes it' -r -F
 complete -c mavswitch -n "__fish_mavswitch_using_subcommand check" -l log-format -d 'How log lines look [default: auto]' -r -f -a "auto\t'As `journal` if standard error is the journal of systemd, otherwise as `text`'
 text\t'One line of text for each event, with the time'
 json\t'One JSON object for each event'

@@ -72,6 +72,7 @@ pub fn check(config: &Config) -> Vec<Finding> {
 pub fn wrong(config: &Config) -> Vec<Finding> {
     let mut findings = messages::check(config);
     findings.extend(keys::check(config));
+    findings.extend(overlaps::check(&config.endpoints));
     findings.retain(|finding| finding.is_wrong);
     findings.sort_by(|a, b| a.place.cmp(&b.place));
     findings

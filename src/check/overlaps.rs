@@ -16,13 +16,19 @@ enum Claim<'a> {
 /// Tells of each endpoint that wants what an earlier one has.
 pub(super) fn check(endpoints: &[Endpoint]) -> Vec<Finding> {
     let mut findings = Vec::new();
-    for (number, endpoint) in endpoints.iter().enumerate() {
+    let is_enabled = |endpoint: &&Endpoint| endpoint.config.options.enabled;
+    for (number, endpoint) in endpoints.iter().enumerate().filter(|(_, it)| is_enabled(it)) {
         let Some(claim) = claim(&endpoint.config) else { continue };
-        let earlier = endpoints[..number].iter();
-        let rival = earlier.map(|other| &other.config).find(|other| conflicts(&claim, other));
+        let earlier = endpoints[..number].iter().filter(is_enabled);
+        let rival = earlier.map(|other| &other.config).find(|other| {
+            conflicts(&claim, other) && !are_on_other_interfaces(&endpoint.config, other)
+        });
         if let Some(rival) = rival {
             let text = format!("{} is taken by endpoint {} already", name(&claim), rival.name());
-            findings.push(Finding::warning(endpoint, "address", text));
+            // A device may yet be another one, or be gone; a port is the same everywhere.
+            let is_wrong = !matches!(claim, Claim::Device(_));
+            let finding = Finding::warning(endpoint, "address", text);
+            findings.push(Finding { is_wrong, ..finding });
         }
     }
     findings
@@ -43,6 +49,11 @@ fn claim(config: &EndpointConfig) -> Option<Claim<'_>> {
         | Address::Sim
         | Address::Internal(_) => None,
     }
+}
+
+/// Whether each has an interface of its own: then both can have the port.
+fn are_on_other_interfaces(one: &EndpointConfig, other: &EndpointConfig) -> bool {
+    matches!((&one.options.dev, &other.options.dev), (Some(a), Some(b)) if a != b)
 }
 
 fn conflicts(wanted: &Claim<'_>, other: &EndpointConfig) -> bool {

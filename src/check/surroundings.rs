@@ -8,12 +8,13 @@ use std::{fs, io};
 use super::Finding;
 use crate::config::{Address, Device, Endpoint, Host, HostPort};
 use crate::link::{find_flight_controller, interface_index};
+use crate::record::look_at_log;
 
 pub(super) fn check(endpoint: &Endpoint) -> Vec<Finding> {
     let address = match &endpoint.config.address {
         Address::Serial { device: Device::Path(path), .. } => device(path),
         Address::Serial { device: Device::Auto, .. } => flight_controller(),
-        Address::Tlog(file) => log(file),
+        Address::Tlog(file) => return log(endpoint, file).into_iter().collect(),
         other => other.host_port().and_then(name),
     };
     let address = address.map(|text| Finding::warning(endpoint, "address", text));
@@ -39,9 +40,15 @@ fn device(path: &Path) -> Option<String> {
     }
 }
 
-fn log(file: &Path) -> Option<String> {
-    let error = fs::File::open(file).err()?;
-    Some(format!("cannot read {}: {error}", file.display()))
+/// A log is there from the start, or the program does not start.
+fn log(endpoint: &Endpoint, file: &Path) -> Option<Finding> {
+    let error = look_at_log(file).err()?;
+    let finding = Finding::warning(
+        endpoint,
+        "address",
+        format!("cannot play back {}: {error}", file.display()),
+    );
+    Some(Finding { is_wrong: endpoint.config.options.enabled, ..finding })
 }
 
 fn flight_controller() -> Option<String> {

@@ -28,6 +28,9 @@ fn what_is_not_there_is_told() {
     let text =
         "a.toml:3:11: warning: y: /etc/passwd is no serial port (`mavswitch ports` lists them)";
     assert_found("address = '/etc/passwd'", &[text]);
+    let text = "a.toml:3:11: y: cannot play back /etc/passwd: it is no telemetry log: there is not one \
+                whole record in it";
+    assert_found("address = 'tlog:/etc/passwd'", &[text]);
     let found = findings("[endpoint.y]\naddress = 'udpin:1'\ndev = 'absent0'");
     assert_eq!(found.len(), 1, "{found:?}");
     let start = "a.toml:3:7: warning: y: interface absent0 is not there";
@@ -45,10 +48,13 @@ fn what_is_taken_is_told() {
             "endpoint.x.address = 'udpin:127.0.0.1:1'\nendpoint.y.address = '{address}'"
         ));
         assert_eq!(found.len(), 1, "{address}: {found:?}");
-        assert!(found[0].starts_with("a.toml:2:22: warning: y: UDP "), "{found:?}");
+        assert!(found[0].starts_with("a.toml:2:22: y: UDP "), "{found:?}");
         assert!(found[0].ends_with(":1 is taken by endpoint x already"), "{found:?}");
     }
     assert_found("address = 'udpin:127.0.0.2:1'", &[]);
+    assert_found("address = 'udpin:127.0.0.1:1'\nenabled = false", &[]);
+    let own = "endpoint.x.address = 'udpin:1?dev=lo'\nendpoint.y.address = 'udpin:1?dev=absent0'";
+    assert!(!findings(own).iter().any(|it| it.contains("is taken")), "each on its interface");
     assert_found("address = 'udpin:[::1]:1'", &[]);
     assert_found("address = 'udpin:[::]:1'", &[]);
     let text = "endpoint.a.address = '/dev/null'\nendpoint.b.address = '/dev/null:9600'";

@@ -7,9 +7,10 @@ use std::{env, thread};
 
 use clap::{Args, Subcommand};
 
-use crate::config::{DialectFileError, LogLevel};
+use crate::config::{Address, DialectFileError, EndpointConfig, LogLevel};
 use crate::control::{Answer, Client, ClientError, Request};
 use crate::listen::escape_json;
+use crate::record::look_at_log;
 use crate::status::to_text;
 
 /// Whom to ask.
@@ -121,6 +122,16 @@ pub enum AskError {
     /// A definition file cannot be used.
     #[error("{0}")]
     Dialect(#[from] Box<DialectFileError>),
+    /// A log that is to be played back cannot be: the endpoint, the file, and why.
+    #[error("{endpoint}: not added: cannot play back {}: {error}", file.display())]
+    Log {
+        /// Its name.
+        endpoint: String,
+        /// The log.
+        file: PathBuf,
+        /// What the system said.
+        error: io::Error,
+    },
     /// What is to be said cannot be written.
     #[error("cannot write to standard output: {0}")]
     Output(#[from] io::Error),
@@ -178,7 +189,9 @@ impl EndpointCommand {
     pub fn run(&self) -> Result<String, AskError> {
         let (ask, request) = match self {
             Self::Add { endpoint, ask } => {
-                (ask, Request::EndpointAdd { endpoint: as_seen_from_here(endpoint) })
+                let endpoint = as_seen_from_here(endpoint);
+                look_at_its_log(&endpoint)?;
+                (ask, Request::EndpointAdd { endpoint })
             }
             Self::Change { endpoint, ask } => {
                 (ask, Request::EndpointChange { endpoint: as_seen_from_here(endpoint) })
@@ -198,6 +211,20 @@ fn as_seen_from_here(endpoint: &str) -> String {
             format!("tlog:{}/{file}", here.display())
         }
         _ => endpoint.to_owned(),
+    }
+}
+
+/// Finds out here whether there is anything to play back: the daemon waits for no disk before it
+/// answers. What only the daemon may read is for it to find out.
+fn look_at_its_log(endpoint: &str) -> Result<(), AskError> {
+    // What cannot be read as an endpoint is told by the daemon.
+    let Ok(config) = endpoint.parse::<EndpointConfig>() else { return Ok(()) };
+    let Address::Tlog(file) = &config.address else { return Ok(()) };
+    match look_at_log(file) {
+        Err(error) if error.kind() != io::ErrorKind::PermissionDenied => {
+            Err(AskError::Log { endpoint: config.name(), file: file.clone(), error })
+        }
+        _ => Ok(()),
     }
 }
 

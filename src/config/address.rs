@@ -143,6 +143,11 @@ impl AddressKind {
         }
     }
 
+    /// Every spelling of every scheme.
+    pub(crate) fn spellings() -> impl Iterator<Item = &'static str> {
+        SCHEMES.iter().map(|(spelling, _)| *spelling)
+    }
+
     fn from_scheme(scheme: &str) -> Option<Self> {
         let is_it = |known: &str| known.eq_ignore_ascii_case(scheme);
         let known = SCHEMES.iter().find(|(known, _)| is_it(known));
@@ -282,8 +287,11 @@ fn parse_host_port(kind: AddressKind, text: &str) -> Result<Written, AddressProb
 
 /// What to write instead of `scheme`, the beginning of `text`.
 fn unknown_scheme(scheme: &str, text: &str) -> AddressProblem {
-    let near = suggest::nearest(scheme, SCHEMES.iter().map(|(known, _)| *known));
+    let near = suggest::nearest(scheme, AddressKind::spellings());
     let hint = match near {
+        _ if scheme.starts_with("tty") => format!("write /dev/{text}"),
+        _ if scheme.starts_with("dev/") => format!("write /{text}"),
+        _ if text.ends_with(".tlog") => format!("write tlog:{text} to play it back"),
         Some(near) => format!("did you mean `{near}`?"),
         None if is_host_port(text) => return AddressProblem::NoScheme(text.to_owned()),
         None => {

@@ -142,10 +142,9 @@ mod tests {
         ),
         ("upd:127.0.0.1:14550", "unknown scheme `upd`: did you mean `udp`?"),
         ("UDPINN://127.0.0.1:14550", "unknown scheme `UDPINN`: did you mean `udpin`?"),
-        (
-            "ttyACM0",
-            "unknown scheme `ttyACM0`: write udpin, udpout, udpbcast, mcast, tcpin, tcpout, serial, tlog or sim",
-        ),
+        ("ttyACM0:57600", "unknown scheme `ttyACM0`: write /dev/ttyACM0:57600"),
+        ("dev/ttyACM0", "unknown scheme `dev/ttyACM0`: write /dev/ttyACM0"),
+        ("a/b.tlog", "unknown scheme `a/b.tlog`: write tlog:a/b.tlog to play it back"),
         (
             "http://10.0.0.2:80",
             "unknown scheme `http`: write udpin, udpout, udpbcast, mcast, tcpin, tcpout, serial, tlog or sim",

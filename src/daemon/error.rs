@@ -2,7 +2,9 @@
 
 use std::io;
 
-use super::endpoint::Failure;
+use super::endpoint::{Endpoint, Failure, State};
+use super::endpoint_table::EndpointId;
+use super::event_loop::Daemon;
 use crate::config::{Address, AddressKind, Device, EndpointConfig};
 
 /// The daemon cannot start.
@@ -48,17 +50,27 @@ pub enum StartError {
 }
 
 impl StartError {
-    /// An endpoint that cannot be opened.
-    pub(super) fn endpoint(config: &EndpointConfig, action: String, error: io::Error) -> Self {
-        let remedy = remedy(config, &error);
+    /// An endpoint that cannot be opened; `holder`: who of ours has the port already.
+    pub(super) fn endpoint(
+        config: &EndpointConfig,
+        action: String,
+        error: io::Error,
+        holder: Option<&str>,
+    ) -> Self {
+        let remedy = remedy(config, &error, holder);
         Self::Endpoint { endpoint: config.name(), action, error, remedy }
     }
 }
 
 impl Failure {
-    /// What could not be done, and why.
-    pub(super) fn new(config: &EndpointConfig, action: &str, error: &io::Error) -> Self {
-        let text = format!("cannot {action}: {error}{}", remedy(config, error));
+    /// What could not be done, and why; `holder`: who of ours has the port already.
+    pub(super) fn new(
+        config: &EndpointConfig,
+        action: &str,
+        error: &io::Error,
+        holder: Option<&str>,
+    ) -> Self {
+        let text = format!("cannot {action}: {error}{}", remedy(config, error, holder));
         Self { text, may_pass: may_pass(config, error) }
     }
 }
@@ -90,9 +102,40 @@ fn is_not_a_tty(error: &io::Error) -> bool {
     error.raw_os_error() == Some(libc::ENOTTY)
 }
 
+fn is_udp(config: &EndpointConfig) -> bool {
+    !matches!(config.address.kind(), AddressKind::TcpIn | AddressKind::TcpOut)
+}
+
+impl Daemon {
+    /// Who of ours has the port that an endpoint cannot have, if it is one of us.
+    pub(super) fn holder(&self, index: EndpointId, error: &io::Error) -> Option<String> {
+        let config = &self.io.endpoints[index].config;
+        let port = own_port(config, &config.address);
+        if error.kind() != io::ErrorKind::AddrInUse || port == 0 {
+            return None;
+        }
+        let of_metrics = !is_udp(config) && self.http.listens_at(port);
+        let of_metrics = of_metrics.then(|| "the metrics have this port".to_owned());
+        self.endpoint_at(is_udp(config), port).or(of_metrics)
+    }
+
+    /// Which endpoint has a port of UDP or TCP, if one does.
+    pub(super) fn endpoint_at(&self, is_udp: bool, port: u16) -> Option<String> {
+        let has_it = |other: &&Endpoint| {
+            let local = match &other.state {
+                State::Datagrams(datagrams) if is_udp => datagrams.socket.local_addr(),
+                State::Listening(listener, _) if !is_udp => listener.local_addr(),
+                _ => return false,
+            };
+            local.is_ok_and(|local| local.port() == port)
+        };
+        let endpoint = self.io.endpoints.iter().find(has_it)?;
+        Some(format!("endpoint {} has this port", endpoint.name))
+    }
+}
+
 /// What to do about an error, as a parenthesis behind it.
-fn remedy(config: &EndpointConfig, error: &io::Error) -> String {
-    let is_udp = !matches!(config.address.kind(), AddressKind::TcpIn | AddressKind::TcpOut);
+fn remedy(config: &EndpointConfig, error: &io::Error, holder: Option<&str>) -> String {
     let text = match (error.kind(), &config.address) {
         // Not the permissions of the file, but a sandbox around the program.
         (io::ErrorKind::PermissionDenied, Address::Serial { .. }) if is_not_allowed(error) => {
@@ -117,8 +160,11 @@ fn remedy(config: &EndpointConfig, error: &io::Error) -> String {
             format!("another program has it open: `fuser -v {}` tells which", path.display())
         }
         (io::ErrorKind::AddrInUse, address) => {
+            if let Some(holder) = holder {
+                return format!(" ({holder} already: choose another one)");
+            }
             let port = own_port(config, address);
-            let flag = if is_udp { 'u' } else { 't' };
+            let flag = if is_udp(config) { 'u' } else { 't' };
             format!("another program is there: `ss -l{flag}np sport = :{port}` tells which")
         }
         _ if is_not_a_tty(error) => "it is no serial port".to_owned(),
@@ -134,7 +180,7 @@ mod tests {
     #[test]
     fn what_is_not_permitted_is_told_with_what_would_help() {
         let remedy = |endpoint: &str, code: i32| {
-            remedy(&endpoint.parse().unwrap(), &io::Error::from_raw_os_error(code))
+            remedy(&endpoint.parse().unwrap(), &io::Error::from_raw_os_error(code), None)
         };
         assert!(remedy("serial:/dev/ttyS0:57600", libc::EACCES).contains("dialout"));
         assert!(remedy("serial:/dev/ttyXX0:57600", libc::EPERM).contains("DeviceAllow="));

@@ -90,6 +90,12 @@ impl Http {
         (self.has_work, self.deadline) = (true, None);
     }
 
+    /// Whether it has this TCP port.
+    pub(super) fn listens_at(&self, port: u16) -> bool {
+        let local = self.listener.as_ref().and_then(|listener| listener.local_addr().ok());
+        local.is_some_and(|local| local.port() == port)
+    }
+
     /// Whether requests have to name this computer by its address, or as `localhost`: else a page
     /// of anybody's in a browser here could have its own name lead to us, and read our answers.
     fn is_local(&self) -> bool {
@@ -140,7 +146,9 @@ impl Daemon {
             }
             Err(error) => {
                 if !std::mem::replace(&mut self.http.has_warned, true) {
-                    warn!("no metrics: cannot listen on {address}: {error}; trying again");
+                    let holder = self.endpoint_at(false, address.port());
+                    let holder = holder.map_or_else(String::new, |it| format!(" ({it} already)"));
+                    warn!("no metrics: cannot listen on {address}: {error}{holder}; trying again");
                 }
                 self.http.retry_at = Some(self.now + RETRY);
             }

@@ -27,13 +27,16 @@ impl Daemon {
     /// If one cannot be opened and waiting would not help.
     pub(super) fn open_all(&mut self) -> Result<(), StartError> {
         self.start_signing_time();
+        self.look_at_logs()?;
         for index in self.io.endpoints.ids() {
             let Err(failure) = self.open(index) else {
                 continue;
             };
             let config = &self.io.endpoints[index].config;
             if !may_pass(config, &failure.error) {
-                return Err(StartError::endpoint(config, failure.action, failure.error));
+                let OpenError { action, error } = failure;
+                let holder = self.holder(index, &error);
+                return Err(StartError::endpoint(config, action, error, holder.as_deref()));
             }
             self.try_later(index, failure);
         }
@@ -177,9 +180,11 @@ impl Daemon {
 
     /// Tells of a failure, once, and tries again later.
     pub(super) fn try_later(&mut self, index: EndpointId, OpenError { action, error }: OpenError) {
+        let holder = self.holder(index, &error);
         let endpoint = &mut self.io.endpoints[index];
         endpoint.set_state(State::Waiting, self.now);
-        endpoint.failure = Some(Failure::new(&endpoint.config, &action, &error));
+        let failure = Failure::new(&endpoint.config, &action, &error, holder.as_deref());
+        endpoint.failure = Some(failure);
         // Several addresses that fail in turn for the same reason are one failure.
         let verb = action.split(' ').next().unwrap_or_default().to_owned();
         let failure = Some((verb, error.kind()));
@@ -188,7 +193,8 @@ impl Daemon {
         } else if endpoint.told != failure {
             endpoint.told = failure;
             let outlook = if endpoint.tries_once() { "" } else { "; waiting for it" };
-            self.warn(index, &format!("cannot {action}: {error}{outlook}"));
+            let holder = holder.map_or_else(String::new, |it| format!(" ({it} already)"));
+            self.warn(index, &format!("cannot {action}: {error}{holder}{outlook}"));
         }
         self.try_again(index);
     }

@@ -137,8 +137,8 @@ impl Daemon {
         let timeout = match pause {
             Pause::Silence => {
                 if let Some(reason) = local.peer.ended() {
-                    let reason = reason.to_owned();
-                    return self.end_local(id, endpoint, &reason);
+                    let (reason, has_failed) = (reason.to_owned(), local.peer.has_failed());
+                    return self.end_local(id, endpoint, &reason, has_failed);
                 }
                 timeout
             }
@@ -251,8 +251,11 @@ impl Daemon {
     }
 
     /// A peer has come to its end, and is not opened again.
-    fn end_local(&mut self, id: LinkId, endpoint: EndpointId, reason: &str) {
+    fn end_local(&mut self, id: LinkId, endpoint: EndpointId, reason: &str, has_failed: bool) {
         let now = self.now;
+        if has_failed {
+            self.warn(endpoint, reason);
+        }
         let ended = &mut self.io.endpoints[endpoint];
         ended.set_state(State::Waiting, now);
         ended.deadline = None;

@@ -63,7 +63,7 @@ impl Daemon {
             let Err(failure) = self.handle_serial_answer(answer) else { continue };
             let config = &self.io.endpoints[index].config;
             if !may_pass(config, &failure.error) {
-                return Err(StartError::endpoint(config, failure.action, failure.error));
+                return Err(StartError::endpoint(config, failure.action, failure.error, None));
             }
             self.try_later(index, failure);
         }

@@ -59,7 +59,7 @@ pub struct Replay {
     lap_at: Time,
     /// When it is looked again for what the disk has not given yet.
     look_at: Option<Time>,
-    end: Option<String>,
+    end: Option<End>,
     /// Bytes of the log that were said in this round, and who shows them, if anybody does.
     said: u64,
     progress: Option<Progress>,
@@ -74,7 +74,19 @@ struct Part {
     /// Whether the log begins here.
     is_first: bool,
     /// Why nothing comes after this.
-    end: Option<String>,
+    end: Option<End>,
+}
+
+/// Why nothing comes any more.
+struct End {
+    reason: String,
+    is_failure: bool,
+}
+
+impl End {
+    fn failure(reason: String) -> Self {
+        Self { reason, is_failure: true }
+    }
 }
 
 impl Replay {
@@ -128,7 +140,7 @@ impl Replay {
                     return false;
                 }
                 Err(TryRecvError::Disconnected) => {
-                    self.end = Some("its reader has ended".to_owned());
+                    self.end = Some(End::failure("its reader has ended".to_owned()));
                 }
             }
         }
@@ -221,7 +233,11 @@ impl LocalPeer for Replay {
     }
 
     fn ended(&self) -> Option<&str> {
-        self.end.as_deref()
+        self.end.as_ref().map(|end| end.reason.as_str())
+    }
+
+    fn has_failed(&self) -> bool {
+        self.end.as_ref().is_some_and(|end| end.is_failure)
     }
 }
 
@@ -229,6 +245,26 @@ impl fmt::Debug for Replay {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "Replay({})", self.path.display())
     }
+}
+
+/// Looks whether there is anything to play back at `path`. It may take as long as the disk likes.
+///
+/// What is no file, such as a pipe, is left to who plays it back: to look would take it away.
+///
+/// # Errors
+///
+/// If the file cannot be read, or has not one whole record.
+pub fn look_at_log(path: &Path) -> io::Result<()> {
+    let kind = path.metadata()?;
+    if !kind.is_file() && !kind.is_dir() {
+        return Ok(());
+    }
+    let record = TlogReader::new(File::open(path)?).next_record()?.map(drop);
+    record.ok_or_else(no_log)
+}
+
+fn no_log() -> io::Error {
+    io::Error::other("it is no telemetry log: there is not one whole record in it")
 }
 
 /// Reads the log, again and again if it is a loop, and hands it over part by part.
@@ -242,9 +278,11 @@ fn read(
         let end = match File::open(path).and_then(|file| read_once(file, parts, figures)) {
             Ok(ReadOnce::Unwanted) => return Ok(()),
             Ok(ReadOnce::Whole) if is_loop => continue,
-            Ok(ReadOnce::Whole) => "the log has ended".to_owned(),
-            Ok(ReadOnce::NoLog) => format!("{} is no telemetry log", path.display()),
-            Err(error) => format!("cannot read {}: {error}", path.display()),
+            Ok(ReadOnce::Whole) => {
+                End { reason: "the log has ended".to_owned(), is_failure: false }
+            }
+            Ok(ReadOnce::NoLog) => End::failure(format!("{}: {}", path.display(), no_log())),
+            Err(error) => End::failure(format!("cannot read {}: {error}", path.display())),
         };
         return parts.send(Part { end: Some(end), ..Part::default() });
     }

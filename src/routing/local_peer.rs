@@ -55,4 +55,9 @@ pub trait LocalPeer: fmt::Debug {
     fn ended(&self) -> Option<&str> {
         None
     }
+
+    /// Whether that end is a failure, which somebody has to hear of.
+    fn has_failed(&self) -> bool {
+        false
+    }
 }

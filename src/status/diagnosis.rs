@@ -20,6 +20,9 @@ pub struct Finding {
 /// An endpoint that is silent for so long has lost its other side, in milliseconds.
 const SILENT_MS: u64 = 10_000;
 
+/// A serial port that has brought nothing for so long is told of, as in the log.
+const UNHEARD_SERIAL_MS: u64 = 5_000;
+
 /// The number of the message that says who is there.
 const HEARTBEAT: u32 = 0;
 
@@ -46,6 +49,17 @@ pub fn diagnose(snapshot: &Snapshot) -> Vec<Finding> {
     findings.extend(endpoints.iter().flat_map(|it| it.links.iter().flat_map(|l| refusals(it, l))));
     findings.extend(no_heartbeat(snapshot));
     findings.extend(snapshot.components.iter().filter_map(|it| two_places(it, snapshot)));
+    each_once(findings)
+}
+
+/// Several links may have the same to be said of them.
+fn each_once(mut findings: Vec<Finding>) -> Vec<Finding> {
+    let mut told = Vec::new();
+    findings.retain(|finding| {
+        let is_new = !told.contains(finding);
+        told.push(finding.clone());
+        is_new
+    });
     findings
 }
 
@@ -74,23 +88,32 @@ fn noise(endpoint: &EndpointStatus, link: &LinkStatus) -> Option<Finding> {
     let counters = &link.counters;
     let (garbage, damaged) = (counters.garbage_bytes, counters.bad_crc);
     if counters.frames_in == 0 && garbage > FEW_BYTES {
-        let problem = format!("{garbage} bytes came from {}, and no frame in them", link.peer);
-        let remedy = "is the baud rate right, and does the other side speak MAVLink?";
+        let problem = format!("{garbage} bytes came from {}, and no frame in them", remote(link));
+        let remedy = match scheme(endpoint) {
+            "serial" => "is the baud rate right, and does the other side speak MAVLink?",
+            _ => "does the other side speak MAVLink?",
+        };
         return Some(Finding::at(endpoint, problem, remedy));
     }
     if damaged > FEW_FRAMES && damaged * 20 > counters.frames_in {
         let problem = format!(
             "{damaged} frames from {} came damaged, and {} whole",
-            link.peer, counters.frames_in
+            remote(link),
+            counters.frames_in
         );
-        let remedy =
-            "a bad cable, a baud rate a little off, no flow control, or two senders at once";
+        let remedy = match scheme(endpoint) {
+            "serial" => {
+                "a bad cable, a baud rate a little off, no flow control, or two senders at once"
+            }
+            _ => "they were damaged before they were sent: a radio, or a program that is wrong",
+        };
         return Some(Finding::at(endpoint, problem, remedy));
     }
     if counters.unknown_flags > FEW_FRAMES {
         let problem = format!(
             "{} frames from {} have a flag that nobody knows",
-            counters.unknown_flags, link.peer
+            counters.unknown_flags,
+            remote(link)
         );
         let remedy = "they are of a newer MAVLink, or no MAVLink at all";
         return Some(Finding::at(endpoint, problem, remedy));
@@ -98,10 +121,27 @@ fn noise(endpoint: &EndpointStatus, link: &LinkStatus) -> Option<Finding> {
     None
 }
 
+/// The scheme of an endpoint's address: `udpin`.
+fn scheme(endpoint: &EndpointStatus) -> &str {
+    endpoint.address.split(':').next().unwrap_or_default()
+}
+
+/// Who is at the other end, without our own address.
+fn remote(link: &LinkStatus) -> &str {
+    link.peer.split(" from ").next().unwrap_or_default()
+}
+
 fn nobody(endpoint: &EndpointStatus) -> Option<Finding> {
     let is_open = endpoint.state == EndpointState::Listening && endpoint.links.is_empty();
-    let remedy = "does the other side send to this address and port? A UDP peer is admitted by its \
-                  first frame; firewalls keep the first one out";
+    let remedy = match scheme(endpoint) {
+        "tcpin" => {
+            "does the other side connect to this address and port? Firewalls keep connections out"
+        }
+        _ => {
+            "does the other side send to this address and port? It is admitted by its first frame; \
+             firewalls keep that out"
+        }
+    };
     is_open
         .then(|| Finding::at(endpoint, "nobody has come yet, or all have gone".to_owned(), remedy))
 }
@@ -131,17 +171,34 @@ fn refused_peers(endpoint: &EndpointStatus) -> Vec<Finding> {
 fn silence(endpoint: &EndpointStatus, link: &LinkStatus) -> Option<Finding> {
     let counters = &link.counters;
     if counters.frames_in == 0 && counters.garbage_bytes <= FEW_BYTES {
-        if link.up_ago_ms < SILENT_MS {
+        let is_serial = scheme(endpoint) == "serial";
+        if link.up_ago_ms < if is_serial { UNHEARD_SERIAL_MS } else { SILENT_MS } {
             return None;
         }
-        let problem = format!("no frame has ever come from {}", link.peer);
-        let remedy = "is the other side on, is its MAVLink output enabled on this port, are RX and TX \
-                      crossed, does it wait for somebody to speak first?";
-        return Some(Finding::at(endpoint, problem, remedy));
+        let problem = format!("no frame has ever come from {}", remote(link));
+        return Some(Finding::at(endpoint, problem, who_never_spoke(scheme(endpoint))));
     }
     let silent = link.heard_ago_ms.filter(|ago| *ago > SILENT_MS && counters.frames_in > 0)?;
-    let problem = format!("{} has been silent for {} s", link.peer, silent / 1_000);
+    let problem = format!("{} has been silent for {} s", remote(link), silent / 1_000);
     Some(Finding::at(endpoint, problem, "is the other side still on, and in reach?"))
+}
+
+/// What to do about somebody who never spoke, by the scheme of the endpoint.
+fn who_never_spoke(scheme: &str) -> &'static str {
+    match scheme {
+        "serial" => {
+            "is the port set to MAVLink there? Are RX and TX swapped, is ground joined, is there \
+             power?"
+        }
+        "udpout" | "udpbcast" | "mcast" => {
+            "does anybody listen there? It has to answer to the port that it was sent from; is a \
+             firewall between?"
+        }
+        "tcpin" | "tcpout" => {
+            "it is connected: does it speak MAVLink, or does it wait for somebody to speak first?"
+        }
+        _ => "is the other side on, and does it speak MAVLink?",
+    }
 }
 
 fn refusals(endpoint: &EndpointStatus, link: &LinkStatus) -> Vec<Finding> {
@@ -166,16 +223,16 @@ fn refusals(endpoint: &EndpointStatus, link: &LinkStatus) -> Vec<Finding> {
     }
     let (unsigned, wrong) = (refused("unsigned"), refused("wrong_signature"));
     if unsigned > FEW_FRAMES && unsigned * 10 > counters.frames_in {
-        let problem = format!("{unsigned} frames from {} were not signed", link.peer);
+        let problem = format!("{unsigned} frames from {} were not signed", remote(link));
         find(problem, "switch signing on there, with the key of `verify`");
     }
     if wrong > FEW_FRAMES && wrong * 10 > counters.frames_in {
-        let problem = format!("{wrong} frames from {} were signed with another key", link.peer);
+        let problem = format!("{wrong} frames from {} were signed with another key", remote(link));
         find(problem, "give both sides the same key");
     }
     let unrouted = refused("no_route");
     if unrouted > FEW_FRAMES && unrouted * 10 > counters.frames_in {
-        let problem = format!("{unrouted} frames from {} were for nobody known here", link.peer);
+        let problem = format!("{unrouted} frames from {} were for nobody known here", remote(link));
         find(problem, "their target was never heard; `mavswitch listen dropped` shows which it is");
     }
     findings
@@ -245,6 +302,35 @@ mod tests {
             found(vec![fc], vec![]),
             ["9000 bytes came from /dev/ttyS1, and no frame in them"]
         );
+    }
+
+    #[test]
+    fn what_to_do_is_told_by_the_kind_of_endpoint() {
+        let told = |address: &str, peer: &str, up_ago_ms: u64| {
+            let link = LinkStatus { peer: peer.to_owned(), up_ago_ms, ..LinkStatus::default() };
+            let mut it = endpoint("it", EndpointState::Up, vec![link]);
+            it.address = address.to_owned();
+            diagnose(&Snapshot { endpoints: vec![it], ..Snapshot::default() })
+        };
+        let uart = &told("serial:/dev/ttyS1:57600", "/dev/ttyS1", 5_000)[0];
+        assert!(uart.remedy.contains("RX and TX"), "{uart:?}");
+        assert!(told("udpout:10.0.0.2:14550", "10.0.0.2:14550", 5_000).is_empty());
+        let gcs = "10.0.0.2:14550 from 0.0.0.0:40001";
+        let gcs = &told("udpout:10.0.0.2:14550", gcs, 10_000)[0];
+        assert_eq!(gcs.problem, "no frame has ever come from 10.0.0.2:14550");
+        assert!(gcs.remedy.contains("listen there"), "{gcs:?}");
+        assert!(!gcs.remedy.contains("RX"), "{gcs:?}");
+        let client = &told("tcpin:0.0.0.0:5760", "10.0.0.2:40001", 10_000)[0];
+        assert!(client.remedy.starts_with("it is connected"), "{client:?}");
+    }
+
+    #[test]
+    fn the_same_is_told_once() {
+        let refused = [("filtered_in".to_owned(), 90)].into();
+        let counters = Counters { frames_in: 90, refused, ..Counters::default() };
+        let link = LinkStatus { heard_ago_ms: Some(10), ..link(counters) };
+        let fc = endpoint("fc", EndpointState::Up, vec![link.clone(), link]);
+        assert_eq!(found(vec![fc], vec![]).len(), 1);
     }
 
     #[test]

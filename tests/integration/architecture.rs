@@ -141,7 +141,7 @@ fn each_layer_uses_only_those_below_it() {
         ("own", &["mavlink", "routing", "own"]),
         ("config", &["mavlink", "routing", "sim", "own", "config"]),
         ("link", &["mavlink", "routing", "config", "link"]),
-        ("check", &["mavlink", "routing", "config", "link", "check"]),
+        ("check", &["mavlink", "routing", "config", "link", "record", "check"]),
         ("record", &["mavlink", "routing", "config", "record"]),
         ("status", &["mavlink", "routing", "config", "status"]),
         ("control", &["mavlink", "routing", "config", "status", "listen", "control"]),

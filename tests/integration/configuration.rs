@@ -97,12 +97,30 @@ fn a_name_is_given_once() {
     let place =
         format!("command line: udpin:127.0.0.1:0 has the name `gcs` of {}:1:11", text(&file));
     for command in [&["-c", text(&file), same][..], &["config", "-c", text(&file), same]] {
-        let status = if command[0] == "config" { 1 } else { 2 };
-        assert_said(&run(command), status, &[&place, "give one of them another"]);
+        assert_said(&run(command), 2, &[&place, "give one of them another"]);
     }
     let other = "udpout:127.0.0.1:9?name=gcs";
     let words = ["udpout:127.0.0.1:9 has the name `gcs` of udpin:127.0.0.1:0: "];
     assert_said(&run(&[same, other]), 2, &words);
+}
+
+#[test]
+fn who_has_the_port_is_told() {
+    let endpoints = ["tcpin:127.78.0.1:5760?name=one", "tcpin:127.78.0.1:5760?name=two"];
+    let output = run(&endpoints);
+    assert_eq!(output.status.code(), Some(1));
+    let text = String::from_utf8(output.stderr).unwrap();
+    let told = "mavswitch: two: cannot listen on 127.78.0.1:5760: Address already in use \
+                (os error 98) (endpoint one has this port already: choose another one)";
+    assert!(text.lines().any(|line| line == told), "{text}");
+}
+
+#[test]
+fn a_command_behind_an_option_is_seen_through() {
+    let output = run(&["--control", "off", "status"]);
+    assert_eq!(output.status.code(), Some(2));
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(text.contains("a command goes first"), "{text}");
 }
 
 #[test]
@@ -112,8 +130,9 @@ fn a_wrong_file_is_told_with_line_and_column() {
     let place = format!("{}:3:1: ", text(&file));
     let words = [&place, "unknown key `mtoo`"];
     assert_said(&run(&["-c", text(&file), UDP]), 2, &words);
-    assert_said(&run(&["check", text(&file)]), 1, &words);
-    assert_said(&run(&["config", "-c", text(&file)]), 1, &words);
+    assert_said(&run(&["check", text(&file)]), 2, &words);
+    assert_said(&run(&["check", "-c", text(&file)]), 2, &words);
+    assert_said(&run(&["config", "-c", text(&file)]), 2, &words);
     // All of it at once.
     fs::write(&file, "strickt = true\nlearn = 1\n").unwrap();
     assert_said(&run(&["-c", text(&file), UDP]), 2, &["`strict`", "all or heartbeat"]);
@@ -125,7 +144,7 @@ fn a_file_that_is_not_there_is_told() {
     let absent = dir.path("absent.toml");
     let words = [text(&absent), "No such file"];
     assert_said(&run(&["-c", text(&absent), UDP]), 2, &words);
-    assert_said(&run(&["check", text(&absent)]), 1, &words);
+    assert_said(&run(&["check", text(&absent)]), 2, &words);
 }
 
 #[test]
@@ -153,6 +172,7 @@ fn a_check_explains_and_warns_and_opens_nothing() {
     assert_said(&output, 0, &[&place]);
     let explained = stdout(&output);
     assert!(explained.starts_with(&format!("gcs: listens for UDP at {address}\n")), "{explained}");
+    assert!(explained.ends_with(": right, with 1 warning\n"), "{explained}");
     fs::write(&file, "[endpoint.gcs]\naddress = \"udpin:1?rate=RAW_IUM:1\"\n").unwrap();
-    assert_said(&run(&["check", text(&file)]), 1, &["did you mean RAW_IMU?"]);
+    assert_said(&run(&["check", text(&file)]), 2, &["did you mean RAW_IMU?"]);
 }

@@ -139,6 +139,9 @@ fn endpoints_come_and_go_by_request() {
     assert!(ask(add("tcpin:127.0.0.1:0?name=tcp")).contains("already"));
     assert!(ask(add("tcpin:127.0.0.1:0?nme=tcp")).contains("did you mean `name`?"));
     let taken = format!("tcpin:{}?name=second", router.address("tcp"));
+    assert!(ask(add(&taken)).contains("endpoint tcp has this port already"));
+    let other = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let taken = format!("tcpin:{}?name=second", other.local_addr().unwrap());
     assert!(ask(add(&taken)).contains("another program is there"));
     assert!(ask(Request::EndpointRemove { name: "nobody".into() }).contains("udp, tcp"));
     assert_eq!(ask(Request::EndpointDisable { name: "tcp".into() }), "");
@@ -273,6 +276,10 @@ fn people_are_told_in_tables_and_without_a_daemon_what_to_do() {
     assert_eq!(snapshot.endpoints[0].name, "udp");
     let added = run(&["endpoint", "add", "udpin:127.0.0.1:0?name=more", "--control", path]);
     assert!(added.status.success(), "{added:?}");
+    let no_log = run(&["endpoint", "add", "tlog:/nowhere/x.tlog", "--control", path]);
+    let text = String::from_utf8(no_log.stderr).unwrap();
+    assert_eq!(no_log.status.code(), Some(1));
+    assert!(text.contains("not added: cannot play back /nowhere/x.tlog: No such file"), "{text}");
     let level = run(&["log-level", "debug", "--control", path]);
     assert!(level.status.success(), "{level:?}");
     router.log.wait_for(&["log level: debug, by request"]);

@@ -208,10 +208,8 @@ fn a_wrong_file_is_told_with_its_line_and_nothing_is_started() {
     let file = routerd.dir.write("main.conf", wrong);
     let told =
         format!("{}:4:1: unknown key `Prt` in UdpEndpoint: did you mean `Port`?", text(&file));
-    for (output, status) in
-        [(routerd.run(&["-c", text(&file)]), 2), (run(&["import", text(&file)]), 1)]
-    {
-        assert_eq!(output.status.code(), Some(status));
+    for output in [routerd.run(&["-c", text(&file)]), run(&["import", text(&file)])] {
+        assert_eq!(output.status.code(), Some(2));
         assert_eq!(stderr(&output).trim_end(), format!("mavswitch: {told}"));
     }
     let output = routerd.run(&["-t", "0"]);

@@ -67,6 +67,21 @@ fn a_log_that_a_file_names_is_looked_for_beside_the_file() {
     router.log.wait_for(&["flight: link #", "the log has ended"]);
 }
 
+#[test]
+fn a_log_that_cannot_be_played_back_ends_the_start() {
+    let dir = TempDir::new();
+    let text = dir.write("text.tlog", "no log at all");
+    let absent = dir.path("absent.tlog");
+    for (path, told) in [(text, "it is no telemetry log"), (absent, "No such file or directory")] {
+        let endpoint = format!("tlog:{}?name=flight", path.display());
+        let output = run(&[&endpoint, "udpin:127.0.0.1:0"]);
+        assert_eq!(output.status.code(), Some(1));
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        let words = format!("mavswitch: flight: cannot play back {}: {told}", path.display());
+        assert_eq!(stderr.lines().filter(|line| line.contains(&words)).count(), 1, "{stderr}");
+    }
+}
+
 /// On a terminal, the log of the program goes on above the bar, and the bar goes with the replay.
 #[test]
 fn on_a_terminal_a_bar_shows_how_far_a_replay_is() {

@@ -27,7 +27,7 @@ const PAGES: [(&str, &[&str]); 2] = [
             "--log-format",
             "queue_time",
             "completions SHELL",
-            "check [FILE]",
+            "check [OPTION]... [FILE]",
             "config [OPTION]... [ENDPOINT]...",
             "system's links",
         ],

@@ -68,6 +68,7 @@ fn each_frame_is_said_as_it_was_recorded_at_its_time() {
         let mut now = Time::from_millis(500);
         let said = play(&mut replay, &mut now, NEVER);
         assert_eq!(replay.ended(), Some("the log has ended"));
+        assert!(!replay.has_failed() && look_at_log(&path).is_ok());
         assert!(said.iter().map(|(_, frame)| frame).eq(&frames), "not the frames of the log");
         let micros = |number: u64| Time::from_micros(500_000 + number * step);
         assert!(said.iter().zip(0..).all(|((at, _), number)| *at == micros(number)));
@@ -118,8 +119,10 @@ fn what_is_no_log_or_not_there_is_told() {
     fs::write(&path, "no log at all").unwrap();
     for (path, told) in [(path, "is no telemetry log"), (dir.path().join("nothing"), "cannot read")]
     {
+        assert!(look_at_log(&path).is_err());
         let mut replay = replay(&path, 1.0, true);
         assert!(play(&mut replay, &mut Time::ZERO.clone(), NEVER).is_empty());
         assert!(replay.ended().unwrap().contains(told), "{:?}", replay.ended());
+        assert!(replay.has_failed());
     }
 }
