@@ -162,7 +162,7 @@ pub struct RouteArgs {
     ///
     /// http://127.0.0.1:9550/ is the page, /metrics the metrics, /status.json the same as JSON.
     /// Whoever can reach the port can read them; nothing can be changed there.
-    #[arg(long, value_name = "ADDRESS:PORT")]
+    #[arg(long, value_name = "ADDRESS:PORT", value_parser = metrics)]
     pub metrics: Option<SocketAddr>,
 
     /// A signing key that endpoints may name, and the file that it is in; may be repeated
@@ -259,6 +259,7 @@ impl RouteArgs {
         }
         config.general.metrics = self.metrics.or(config.general.metrics);
         let keys = &mut config.general.keys;
+        ConfigError::unless_twice(&self.key)?;
         keys.retain(|known| self.key.iter().all(|key| key.name != known.name));
         keys.extend(self.key.iter().cloned());
         if let Some(place) = &self.control {
@@ -289,6 +290,13 @@ fn seconds(text: &str) -> Result<Duration, String> {
 
 fn key(text: &str) -> Result<KeyFile, String> {
     config::key_file(text).ok_or_else(|| "write a name and a file, as radio=radio.key".to_owned())
+}
+
+fn metrics(text: &str) -> Result<SocketAddr, String> {
+    text.parse().map_err(|_| match text.parse::<u16>() {
+        Ok(port) => format!("write the address too, as 127.0.0.1:{port}"),
+        Err(_) => "write an IP address and a port, as 127.0.0.1:9550".to_owned(),
+    })
 }
 
 fn control_place(text: &str) -> Result<ControlPlace, String> {

@@ -15,7 +15,7 @@ use clap::{CommandFactory, Parser};
 use clap_complete::Shell;
 use mavswitch::check::{check, explain, wrong};
 use mavswitch::cli::{
-    AskError, Cli, Command, ListenArgs, LogCommand, NOTHING_FOR_ROUTERD, NOTHING_TO_JOIN,
+    AskError, Cli, Command, ListenArgs, LogCommand, LogError, NOTHING_FOR_ROUTERD, NOTHING_TO_JOIN,
     RouterdCli, config_files,
 };
 use mavswitch::config::{
@@ -23,7 +23,7 @@ use mavswitch::config::{
     RouterdFiles, import_routerd, load_config, load_dialect, load_keys, load_spare_keys,
     write_rows,
 };
-use mavswitch::daemon::{DaemonConfig, Host, run};
+use mavswitch::daemon::{DaemonConfig, Host, StartError, run};
 use mavswitch::link::list_ports;
 use mavswitch::mavlink::Dialect;
 use mavswitch::top::top;
@@ -109,10 +109,18 @@ fn finish(outcome: Result<(), Box<dyn Error>>) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             complain(&error);
-            let is_usage = error.is::<ConfigError>() || error.is::<Unusable>();
-            if is_usage { ExitCode::from(USAGE) } else { ExitCode::FAILURE }
+            status_of(&*error)
         }
     }
+}
+
+/// What a script is told of an error: whether what the user wrote is wrong.
+fn status_of(error: &(dyn Error + 'static)) -> ExitCode {
+    let is_usage = error.is::<ConfigError>()
+        || error.is::<Unusable>()
+        || error.downcast_ref::<LogError>().is_some_and(LogError::is_usage)
+        || error.downcast_ref::<StartError>().is_some_and(StartError::is_usage);
+    if is_usage { ExitCode::from(USAGE) } else { ExitCode::FAILURE }
 }
 
 /// A configuration that cannot be used, of which all has been told.
@@ -133,6 +141,7 @@ fn route(called: Called, config: Config, notes: &[String]) -> ExitCode {
     match join(config, notes, Arc::new(Program { called, log_level: log.level() })) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
+            let status = status_of(&*error);
             if log.is_for_programs() {
                 tracing::error!("{error}");
             } else {
@@ -140,7 +149,7 @@ fn route(called: Called, config: Config, notes: &[String]) -> ExitCode {
                 drop(log);
                 complain(&error);
             }
-            ExitCode::FAILURE
+            status
         }
     }
 }
@@ -176,7 +185,9 @@ fn for_daemon(config: Config) -> Result<DaemonConfig, Box<dyn Error>> {
         }
         endpoints.push(endpoint.config);
     }
-    load_spare_keys(&mut general.keys);
+    for error in load_spare_keys(&mut general.keys) {
+        tracing::warn!("{error}");
+    }
     Ok(DaemonConfig { general, endpoints, dialect })
 }
 

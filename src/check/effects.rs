@@ -1,7 +1,7 @@
 //! Options that change nothing where they stand.
 
 use super::Finding;
-use crate::config::{AddressKind, Endpoint, EndpointOptions, PathChoice};
+use crate::config::{AddressKind, Endpoint, EndpointOptions, OwnOptions, PathChoice};
 
 pub(super) fn check(endpoints: &[Endpoint]) -> Vec<Finding> {
     let mut findings: Vec<Finding> = endpoints.iter().flat_map(of_one).collect();
@@ -79,6 +79,13 @@ fn of_group(endpoint: &Endpoint, all: &[Endpoint]) -> Vec<Finding> {
         findings.push(Finding::warning(endpoint, "prefer", text));
     }
     findings
+}
+
+/// A component id of nobody.
+pub(super) fn of_own_component(own: &OwnOptions) -> Option<Finding> {
+    let has_effect = own.system.is_some() || *own == OwnOptions::default();
+    let text = "`component` has no effect without `system`: the program is no component of its own";
+    (!has_effect).then(|| Finding::general(false, text))
 }
 
 /// A router with less than two places to route between.

@@ -1,7 +1,7 @@
 //! Definition files that cannot be loaded, and messages that have no definition.
 
 use super::Finding;
-use crate::config::{Config, Endpoint, MessageRef, load_dialect, nearest};
+use crate::config::{Config, Endpoint, MessageRef, load_dialect, message_hint};
 use crate::mavlink::Dialect;
 
 /// How many groups the router can tell apart.
@@ -51,12 +51,7 @@ fn is_known(name: &str, dialect: &Dialect) -> bool {
 }
 
 fn hint(name: &str, dialect: &Dialect) -> String {
-    let names = dialect.definitions().iter().map(|definition| definition.name.to_ascii_lowercase());
-    let names: Vec<String> = names.collect();
-    let hint = match nearest(name, names.iter().map(String::as_str)) {
-        Some(near) => format!("did you mean {}?", near.to_ascii_uppercase()),
-        None => "load its definition with `dialect`".to_owned(),
-    };
+    let hint = message_hint(name, dialect, "load its definition with `dialect`");
     format!("no message is called {name}: {hint}")
 }
 

@@ -63,6 +63,7 @@ pub fn check(config: &Config) -> Vec<Finding> {
     findings.extend(keys::check(config));
     findings.extend(overlaps::check(&config.endpoints));
     findings.extend(effects::check(&config.endpoints));
+    findings.extend(effects::of_own_component(&config.general.own));
     findings.extend(config.endpoints.iter().flat_map(surroundings::check));
     findings.sort_by(|a, b| a.place.cmp(&b.place));
     findings

@@ -82,6 +82,24 @@ fn what_has_no_effect_is_told() {
 }
 
 #[test]
+fn keys_that_nobody_uses_and_an_id_of_nobody_are_told() {
+    let endpoints = "endpoint.x.address = 'udpin:127.0.0.1:1'";
+    let found = findings(&format!("keys = {{ radio = '/nowhere/x' }}\n{endpoints}"));
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(found[0].starts_with("warning: key `radio`: cannot read /nowhere/x: "), "{found:?}");
+    let dir = crate::test_dir::TestDir::new();
+    let key = dir.write("radio.key", "a5".repeat(32));
+    let closed = std::os::unix::fs::PermissionsExt::from_mode(0o600);
+    std::fs::set_permissions(&key, closed).unwrap();
+    let found = findings(&format!("keys = {{ radio = '{}' }}\n{endpoints}", key.display()));
+    assert_eq!(found, ["warning: key `radio` is used by no endpoint"]);
+    let text = "warning: `component` has no effect without `system`: the program is no component \
+                of its own";
+    assert_eq!(findings(&format!("component = 100\n{endpoints}")), [text]);
+    assert!(findings(&format!("component = 100\nsystem = 1\n{endpoints}")).is_empty());
+}
+
+#[test]
 fn too_little_to_route_is_told() {
     assert_eq!(findings(""), ["warning: there are no endpoints: nothing to join"]);
     let text =

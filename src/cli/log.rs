@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use crate::config::{DialectFileError, MessageRef, ids, load_dialect, messages};
+use crate::config::{DialectFileError, MessageRef, ids, load_dialect, message_hint, messages};
 use crate::mavlink::{Dialect, MessageId, TooManyDefinitions};
 use crate::record::tools::{Copied, ToolError, filter, info, merge};
-use crate::record::{Moment, Selection};
+use crate::record::{Moment, Selection, is_empty_part};
 use crate::routing::FilterLists;
 
 /// What can be done with telemetry logs (.tlog).
@@ -120,10 +120,20 @@ pub enum LogError {
     Names(TooManyDefinitions),
     /// A list of the filter is wrong.
     #[error("--{0} {1}: {2}")]
-    List(&'static str, String, &'static str),
+    List(&'static str, String, String),
+    /// There is nothing between the times.
+    #[error("--from is not before --to: nothing is between them")]
+    EmptyPart,
     /// What is to be said cannot be written.
     #[error("cannot write to standard output: {0}")]
     Output(#[from] io::Error),
+}
+
+impl LogError {
+    /// Whether the command line is wrong, and not what it is about.
+    pub fn is_usage(&self) -> bool {
+        matches!(self, Self::List(..) | Self::EmptyPart)
+    }
 }
 
 impl LogCommand {
@@ -139,7 +149,7 @@ impl LogCommand {
                 return Ok(info(file)?.told(&dialect).to_string());
             }
             Self::Cut { file, part, output } => {
-                filter(file, output, &mut part.select(&FilterLists::default()))?
+                filter(file, output, &mut part.select(&FilterLists::default())?)?
             }
             Self::Merge { files, output } => {
                 let files: Vec<_> = files.iter().map(PathBuf::as_path).collect();
@@ -147,7 +157,7 @@ impl LogCommand {
             }
             Self::Filter { file, lists, names, part, output } => {
                 let lists = lists.read(&names.load()?)?;
-                filter(file, output, &mut part.select(&lists))?
+                filter(file, output, &mut part.select(&lists)?)?
             }
         };
         Ok(told(copied))
@@ -164,8 +174,11 @@ fn told(copied: Copied) -> String {
 }
 
 impl Part {
-    fn select(&self, lists: &FilterLists) -> Selection {
-        Selection::new(self.from, self.to, lists)
+    fn select(&self, lists: &FilterLists) -> Result<Selection, LogError> {
+        if is_empty_part(self.from, self.to) {
+            return Err(LogError::EmptyPart);
+        }
+        Ok(Selection::new(self.from, self.to, lists))
     }
 }
 
@@ -198,7 +211,7 @@ impl Lists {
 fn read_ids(name: &'static str, list: Option<&str>) -> Result<Vec<u8>, LogError> {
     let Some(text) = list else { return Ok(Vec::new()) };
     let expected = "expected ids of 0 to 255 with commas between";
-    ids(text).ok_or_else(|| LogError::List(name, text.to_owned(), expected))
+    ids(text).ok_or_else(|| LogError::List(name, text.to_owned(), expected.to_owned()))
 }
 
 fn read_messages(
@@ -209,12 +222,14 @@ fn read_messages(
     let Some(text) = list else { return Ok(Vec::new()) };
     let wrong = |why| LogError::List(name, text.to_owned(), why);
     let expected = "expected messages by name or number with commas between";
-    let messages = messages(text).ok_or_else(|| wrong(expected))?;
+    let messages = messages(text).ok_or_else(|| wrong(expected.to_owned()))?;
+    let unknown = |name: &str| {
+        let hint = message_hint(name, dialect, "write its number, or say --dialect");
+        wrong(format!("no message is called {name}: {hint}"))
+    };
     let id = |message| match message {
         MessageRef::Id(id) => Ok(MessageId(id)),
-        MessageRef::Name(name) => {
-            dialect.id_of(&name).ok_or_else(|| wrong("no message is called so (write its number)"))
-        }
+        MessageRef::Name(name) => dialect.id_of(&name).ok_or_else(|| unknown(&name)),
     };
     messages.into_iter().map(id).collect()
 }
@@ -258,6 +273,15 @@ mod tests {
         let few = dir.path().join("few.tlog");
         let only = ["filter", log, "-o", few.to_str().unwrap(), "--allow-messages", "FLAP_STATE"];
         assert!(matches!(run(&only), Err(LogError::List("allow-messages", ..))));
+        let near = ["filter", log, "-o", few.to_str().unwrap(), "--block-messages", "HEARTBAET"];
+        let told = run(&near).unwrap_err().to_string();
+        assert!(
+            told.ends_with("no message is called HEARTBAET: did you mean HEARTBEAT?"),
+            "{told}"
+        );
+        let empty = ["cut", log, "-o", few.to_str().unwrap(), "--from", "2", "--to", "1"];
+        let error = run(&empty).unwrap_err();
+        assert!(error.is_usage() && !few.exists(), "{error}");
         let told = run(&[&only[..], &["--dialect", mine]].concat()).unwrap();
         assert_eq!(told, "1 of 2 frames written\n");
     }

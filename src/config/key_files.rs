@@ -101,11 +101,27 @@ pub fn load_keys(
 }
 
 /// Reads all keys, so that an endpoint that comes later can have them without a file being read. One
-/// that cannot be had is left out: no endpoint has asked for it yet.
-pub fn load_spare_keys(files: &mut [KeyFile]) {
+/// that cannot be had is left out: no endpoint has asked for it yet. Says why it cannot be had.
+pub fn load_spare_keys(files: &mut [KeyFile]) -> Vec<KeyError> {
+    let mut errors = Vec::new();
     for file in files {
-        file.key = read_key(file).ok();
+        match read_key(file) {
+            Ok(key) => file.key = Some(key),
+            Err(error) => errors.push(error),
+        }
     }
+    errors
+}
+
+/// Why keys cannot be had that no endpoint of `endpoints` names; `None` for one that can.
+pub fn unused_keys<'a>(
+    endpoints: &[&EndpointConfig],
+    files: &'a [KeyFile],
+) -> Vec<(&'a KeyFile, Option<KeyError>)> {
+    let options = endpoints.iter().map(|endpoint| &endpoint.options);
+    let named: Vec<&KeyRef> = options.flat_map(|it| [&it.sign, &it.verify]).flatten().collect();
+    let is_unused = |file: &&KeyFile| named.iter().all(|key| key.name != file.name);
+    files.iter().filter(is_unused).map(|file| (file, read_key(file).err())).collect()
 }
 
 fn find_key(name: &str, files: &[KeyFile]) -> Result<Key, KeyError> {
@@ -302,7 +318,8 @@ mod tests {
             KeyFile { name: name.to_owned(), path, key: None }
         };
         let mut files = [file("closed", 0o600), file("open", 0o644)];
-        load_spare_keys(&mut files);
+        let errors = load_spare_keys(&mut files);
+        assert!(matches!(&errors[..], [KeyError::Open(name, ..)] if name == "open"), "{errors:?}");
         assert!(files[0].key == raw() && files[1].key.is_none());
     }
 

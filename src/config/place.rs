@@ -4,6 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use super::error::printable;
+use super::key_files::KeyFile;
 
 /// Where in a file something stands.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -65,6 +66,14 @@ pub struct ConfigError {
 }
 
 impl ConfigError {
+    /// Holds that the command line gives no name to two keys.
+    pub(crate) fn unless_twice(keys: &[KeyFile]) -> Result<(), Self> {
+        let is_twice = |at: &usize| keys[..*at].iter().any(|other| other.name == keys[*at].name);
+        let told = |at: usize| format!("--key names `{}` twice: keep one", keys[at].name);
+        let twice = (0..keys.len()).filter(is_twice).map(told);
+        Self::unless_none((), twice.map(ConfigProblem::of_command_line).collect())
+    }
+
     /// `value`, unless there are problems.
     pub(super) fn unless_none<T>(value: T, mut problems: Vec<ConfigProblem>) -> Result<T, Self> {
         if problems.is_empty() {

@@ -2,6 +2,8 @@
 
 use strsim::normalized_damerau_levenshtein as likeness;
 
+use crate::mavlink::Dialect;
+
 /// The known word that `word` was probably meant to be.
 ///
 /// Near is what differs in two letters of five or less, or where one is a part of the other: `baud`
@@ -15,6 +17,16 @@ pub(crate) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> O
     known
         .filter(|known| is_near(known))
         .max_by(|a, b| likeness(&word, a).total_cmp(&likeness(&word, b)))
+}
+
+/// What to do about a message that nobody knows by this name: the one that was meant, or `else_do`.
+pub fn message_hint(name: &str, dialect: &Dialect, else_do: &str) -> String {
+    let names = dialect.definitions().iter().map(|definition| definition.name.to_ascii_lowercase());
+    let names: Vec<String> = names.collect();
+    match nearest(name, names.iter().map(String::as_str)) {
+        Some(near) => format!("did you mean {}?", near.to_ascii_uppercase()),
+        None => else_do.to_owned(),
+    }
 }
 
 /// `a`, `a and b`, `a, b and c`, with `last` in place of `and`.

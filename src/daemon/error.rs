@@ -23,12 +23,14 @@ pub enum StartError {
         remedy: String,
     },
     /// An option names a message that no definition has.
-    #[error("{endpoint}: no message is called {name} (load its definition with --dialect)")]
+    #[error("{endpoint}: no message is called {name}: {hint}")]
     UnknownMessage {
         /// The endpoint with the option.
         endpoint: String,
         /// The name.
         name: String,
+        /// What to do about it.
+        hint: String,
     },
     /// An option names a key that was not read.
     #[error("{endpoint}: no key is called {name} (say where it is, with `keys` or --key)")]
@@ -50,6 +52,11 @@ pub enum StartError {
 }
 
 impl StartError {
+    /// Whether the configuration is wrong, so that to start again would not help.
+    pub fn is_usage(&self) -> bool {
+        matches!(self, Self::UnknownMessage { .. } | Self::UnreadKey { .. })
+    }
+
     /// An endpoint that cannot be opened; `holder`: who of ours has the port already.
     pub(super) fn endpoint(
         config: &EndpointConfig,

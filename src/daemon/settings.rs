@@ -9,7 +9,7 @@ use super::endpoint::Endpoint;
 use super::error::StartError;
 use crate::config::{
     Address, AddressKind, Device, EndpointConfig, EndpointOptions, FilterOptions, KeyRef,
-    MAX_ENDPOINTS, MessageRef,
+    MAX_ENDPOINTS, MessageRef, message_hint,
 };
 use crate::mavlink::{Dialect, MessageId, Recipes, SystemMap, Version};
 use crate::routing::{Capacity, FilterLists, GateOptions, LinkOptions, RateCap, Sign, Verify};
@@ -140,6 +140,7 @@ fn resolve(
         MessageRef::Name(name) => dialect.id_of(name).ok_or_else(|| StartError::UnknownMessage {
             endpoint: endpoint.to_owned(),
             name: name.clone(),
+            hint: message_hint(name, dialect, "load its definition with --dialect"),
         }),
     }
 }
@@ -227,9 +228,8 @@ mod tests {
         let endpoint = settle_one("udpin::1?rate=ATTITUDE:2,33:0.5").unwrap();
         let caps = endpoint.caps.iter().map(|cap| (cap.id.0, cap.interval.as_millis()));
         assert_eq!(caps.collect::<Vec<_>>(), [(30, 500), (33, 2_000)]);
-        let unknown = settle_one("udpin::1?rate=ATITUDE:2").unwrap_err();
-        let text =
-            "udpin:0.0.0.0:1: no message is called ATITUDE (load its definition with --dialect)";
+        let unknown = settle_one("udpin::1?rate=ATTITUD:2").unwrap_err();
+        let text = "udpin:0.0.0.0:1: no message is called ATTITUD: did you mean ATTITUDE?";
         assert_eq!(unknown.to_string(), text);
     }
 

@@ -56,6 +56,16 @@ impl Moment {
     }
 }
 
+/// Whether a part from one point to another has nothing in it, whatever the log; where one is a date
+/// and the other is not, only the log tells.
+pub fn is_empty_part(from: Option<Moment>, to: Option<Moment>) -> bool {
+    match (from, to) {
+        (Some(Moment::SinceStart(from)), Some(Moment::SinceStart(to))) => from >= to,
+        (Some(Moment::Wall(from)), Some(Moment::Wall(to))) => from >= to,
+        _ => false,
+    }
+}
+
 /// Which records are wanted.
 #[derive(Clone, Debug)]
 pub struct Selection {

@@ -116,6 +116,20 @@ fn who_has_the_port_is_told() {
 }
 
 #[test]
+fn a_wrong_command_line_is_told_with_what_would_be_right() {
+    for (words, told) in [
+        (&["udpin:127.0.0.1:0?rate=ATTITUD:1"][..], "called ATTITUD: did you mean ATTITUDE?"),
+        (&["--metrics", "9550", UDP], "write the address too, as 127.0.0.1:9550"),
+        (&["--key", "a=x", "--key", "a=y", UDP], "--key names `a` twice: keep one"),
+        (&["log", "cut", "x", "--from", "2m", "--to", "1m", "-o", "y"], "--from is not before"),
+    ] {
+        let output = run(words);
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(2) && text.contains(told), "{words:?}: {text}");
+    }
+}
+
+#[test]
 fn a_command_behind_an_option_is_seen_through() {
     let output = run(&["--control", "off", "status"]);
     assert_eq!(output.status.code(), Some(2));

@@ -148,6 +148,9 @@ fn endpoints_come_and_go_by_request() {
     gcs.receive_to_end();
     assert_eq!(ask(Request::EndpointEnable { name: "tcp".into() }), "");
     assert_eq!(ask(Request::EndpointRemove { name: "tcp".into() }), "");
+    for done in ["switched off", "switched on", "removed"] {
+        router.log.wait_for(&[&format!("tcp: {done} by request")]);
+    }
     let names = client.status().unwrap().endpoints.into_iter().map(|it| it.name);
     assert_eq!(names.collect::<Vec<_>>(), ["udp"]);
 }

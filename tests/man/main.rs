@@ -30,6 +30,9 @@ const PAGES: [(&str, &[&str]); 2] = [
             "check [OPTION]... [FILE]",
             "config [OPTION]... [ENDPOINT]...",
             "system's links",
+            "STATE_DIRECTORY",
+            "--block-messages MESSAGE[,MESSAGE...]",
+            "explained above, under Endpoint options",
         ],
     ),
     (

@@ -59,7 +59,30 @@ fn one_command(command: &clap::Command, before: &str) -> String {
         heading.push_str(&positional(value));
     }
     let about = command.get_about().map(ToString::to_string).unwrap_or_default();
-    format!("{heading}\n{}.\n", escaped(&about))
+    format!("{heading}\n{}.\n{}", escaped(&about), own_options(command))
+}
+
+/// The options of a subcommand, indented below it.
+fn own_options(command: &clap::Command) -> String {
+    // Those of `config` are the options above.
+    let is_shown = |it: &&clap::Arg| !it.is_hide_set() && command.get_name() != "config";
+    let options: String = command.get_opts().filter(is_shown).map(own_option).collect();
+    if options.is_empty() { options } else { format!(".RS\n{options}.RE\n") }
+}
+
+/// `-o, --output FILE`, and what it does.
+fn own_option(option: &clap::Arg) -> String {
+    let bold = |word: String| format!("\\fB{}\\fR", escaped(&word));
+    let short = option.get_short().map(|it| bold(format!("-{it}")));
+    let long = option.get_long().map(|it| bold(format!("--{it}")));
+    let names: Vec<String> = short.into_iter().chain(long).collect();
+    let value = match option.get_action() {
+        clap::ArgAction::SetTrue => String::new(),
+        _ => option.get_value_names().unwrap_or_default().join(" "),
+    };
+    let value = if value.is_empty() { value } else { format!(" \\fI{}\\fR", escaped(&value)) };
+    let help = option.get_help().map(ToString::to_string).unwrap_or_default();
+    format!(".TP\n{}{value}\n{}.\n", names.join(", "), escaped(&help))
 }
 
 /// ` FILE`, ` [FILE]`, ` [FILE]...`

@@ -45,8 +45,12 @@ impl Daemon {
         let mut wanted = before.clone();
         wanted.push(config);
         self.want(wanted)?;
-        info!("{name}: added by request");
-        match self.shortcoming(&name) {
+        let shortcoming = self.shortcoming(&name);
+        match &shortcoming {
+            Some((_, false)) => info!("{name}: not added by request: it cannot be opened"),
+            _ => info!("{name}: added by request"),
+        }
+        match shortcoming {
             None => Ok(format!("{name}: added, until the next reload or start")),
             Some((reason, true)) => Ok(format!("{name}: added; {reason}; waiting for it")),
             Some((reason, false)) => {
@@ -79,6 +83,7 @@ impl Daemon {
     fn remove_by_request(&mut self, name: &str) -> Outcome {
         let index = self.one_named(name)?;
         self.want_instead(index, None)?;
+        info!("{name}: removed by request");
         Ok(format!("{name}: removed, until the next reload or start"))
     }
 
@@ -90,6 +95,7 @@ impl Daemon {
             return Ok(format!("{name}: is switched {word} already"));
         }
         self.want_instead(index, Some(config))?;
+        info!("{name}: switched {word} by request");
         match self.shortcoming(name) {
             Some((reason, _)) => Ok(format!("{name}: switched {word}; {reason}; waiting for it")),
             None => Ok(format!("{name}: switched {word}, until the next reload or start")),

@@ -1,6 +1,7 @@
 //! The request `why`: what the router would do with a frame, asked of the router itself.
 
 use super::Daemon;
+use crate::config::message_hint;
 use crate::control::Answer;
 use crate::mavlink::{
     CheckedFrame, Component, Definition, FrameSpec, Header, MessageId, SIGNATURE, Target, Version,
@@ -151,8 +152,10 @@ impl Daemon {
             Ok(id) => dialect.by_id(MessageId(id)),
             Err(_) => dialect.definitions().iter().find(|it| it.name.eq_ignore_ascii_case(name)),
         };
-        let unknown =
-            || format!("{name} is no message known here (--dialect takes the file that has it)");
+        let unknown = || {
+            let start = "start the router with --dialect and the file that has it";
+            format!("{name} is no message known here: {}", message_hint(name, dialect, start))
+        };
         found.cloned().ok_or_else(unknown)
     }
 

@@ -1,6 +1,6 @@
 //! Makes a log of the chosen records of one, or of several in the order of their times.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
@@ -61,7 +61,8 @@ impl<'a> Source<'a> {
 ///
 /// # Errors
 ///
-/// If a file cannot be read or written, if `from` has no record, or if `to` is there already.
+/// If a file cannot be read or written, if `from` has no record, if `selection` takes none of them,
+/// or if `to` is there already.
 pub fn filter(from: &Path, to: &Path, selection: &mut Selection) -> Result<Copied, ToolError> {
     copy(&[from], to, |record| selection.takes(record))
 }
@@ -85,10 +86,12 @@ fn copy(
     let mut sources: Vec<_> = opened.into_iter().map(|(source, _)| source).collect();
     let file = File::create_new(to).map_err(ToolError::write(to))?;
     let (mut output, mut written) = (BufWriter::new(file), 0);
+    let mut span = (u64::MAX, 0);
     loop {
         let heads = sources.iter_mut().filter(|source| source.head.is_some());
         let next = heads.min_by_key(|source| source.head.map(|(micros, _)| micros));
         let Some(source) = next else { break };
+        span = source.head().map_or(span, |it| (span.0.min(it.micros), span.1.max(it.micros)));
         if let Some(record) = source.head()
             && takes(&record)
         {
@@ -101,6 +104,11 @@ fn copy(
         progress.add(source.reader.stats().bytes - before);
     }
     output.flush().map_err(ToolError::write(to))?;
+    if written == 0 {
+        drop(output);
+        fs::remove_file(to).map_err(ToolError::write(to))?;
+        return Err(ToolError::nothing(to, span));
+    }
     let all = sources.iter().map(|source| source.reader.stats());
     let sum = |of: fn(&ReaderStats) -> u64| all.clone().map(|stats| of(&stats)).sum();
     Ok(Copied { written, read: sum(|it| it.records), skipped_bytes: sum(|it| it.skipped_bytes) })
@@ -154,6 +162,18 @@ mod tests {
             assert_eq!((copied.written, copied.read, copied.skipped_bytes), (2, 8, 0));
             assert_eq!(read(&dir, name), [(101, 1, 30), (102, 1, 30)]);
         }
+    }
+
+    #[test]
+    fn where_nothing_is_chosen_nothing_is_left_behind() {
+        let dir = TestDir::new();
+        let whole = log(&dir, "all", &[100, 101, 190], 1);
+        let new = dir.path().join("new");
+        let error = filter(&whole, &new, &mut part("2m", "", &FilterLists::default()));
+        let told = error.unwrap_err().to_string();
+        let length = "the log goes from 1970-01-01T00:01:40Z to 1970-01-01T00:03:10Z, 1m 30s";
+        assert!(told.starts_with("nothing to write to ") && told.ends_with(length), "{told}");
+        assert!(!new.exists());
     }
 
     #[test]

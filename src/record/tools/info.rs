@@ -160,6 +160,10 @@ impl Info {
             let share = 100.0 * *lost as f64 / (received + lost).max(1) as f64;
             writeln!(f, "{:<10} {received:>10} {lost:>10} {share:>8.2}", component.to_string())?;
         }
+        if self.components.values().any(|it| it.lost > 0) {
+            let why = "(what `log filter` left out counts as lost)";
+            writeln!(f, "{why}")?;
+        }
         Ok(())
     }
 

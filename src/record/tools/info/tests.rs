@@ -30,7 +30,9 @@ fn duration_rates_losses_and_pauses_are_told() {
     let gap = Gap { at: START + 1_000_000, duration: Duration::from_secs(3) };
     assert_eq!(info.gaps, [gap]);
     let text = info.told(&Dialect::builtin()).to_string();
-    for words in ["2023-11-14T22:13:20.000Z", "duration  4s", "5 (1.2 a second)", "ATTITUDE"] {
+    for words in
+        ["2023-11-14T22:13:20.000Z", "duration  4s", "5 (1.2 a second)", "ATTITUDE", "left out"]
+    {
         assert!(text.contains(words), "no `{words}` in:\n{text}");
     }
 }
