@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::io;
 use std::mem::discriminant;
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::time::Duration;
 
 use mio::net::{TcpListener, TcpStream, UdpSocket};
@@ -43,6 +44,8 @@ pub(super) struct Endpoint {
     pub(super) gate: GateOptions,
     /// Its place in its group, once it is in the table.
     pub(super) membership: Option<Membership>,
+    /// The device that its serial port really is, as the opener found it behind a name.
+    pub(super) real_device: Option<PathBuf>,
     /// Which of several baud rates is in use, and whether frames were heard at it.
     pub(super) baud: usize,
     pub(super) baud_is_proven: bool,
@@ -237,6 +240,7 @@ impl Endpoint {
             gate,
             membership: None,
             baud: 0,
+            real_device: None,
             baud_is_proven: false,
             baud_since: Time::ZERO,
             silence_is_told: false,

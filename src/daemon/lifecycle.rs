@@ -26,7 +26,7 @@ impl Daemon {
     ///
     /// If one cannot be opened and waiting would not help.
     pub(super) fn open_all(&mut self) -> Result<(), StartError> {
-        self.begin_signing_time(true);
+        self.start_signing_time();
         self.look_at_logs()?;
         for index in self.io.endpoints.ids() {
             let Err(failure) = self.open(index) else {

@@ -12,7 +12,7 @@ use super::log_limit::Topic;
 use super::timers::Timer;
 use super::transmit::UNLESS_FULL;
 use crate::link::{Stream, tune};
-use crate::mavlink::CheckedFrame;
+use crate::mavlink::{CheckedFrame, Refusal};
 use crate::routing::{LinkId, MAX_LINKS};
 use mio::event::Source;
 use mio::net::TcpStream;
@@ -23,8 +23,8 @@ use tracing::Level;
 pub(super) enum Admission {
     /// It has sent no verified frame yet.
     Unproven,
-    /// Nothing that it has sent so far was signed as it must be.
-    Unbelieved,
+    /// Nothing that it has sent so far was signed as it must be; why the last was not believed.
+    Unbelieved(Refusal),
     /// It has a link now.
     Peer(LinkId),
     /// There is no room for it.
@@ -94,8 +94,8 @@ impl Daemon {
         frame: &CheckedFrame<'_>,
     ) -> Admission {
         let Endpoint { gate, membership, .. } = &self.io.endpoints[index];
-        if !self.router.would_let_in(gate, *membership, frame, self.now) {
-            return Admission::Unbelieved;
+        if let Err(why) = self.router.would_let_in(gate, *membership, frame, self.now) {
+            return Admission::Unbelieved(why);
         }
         self.admit_peer(index, source)
     }

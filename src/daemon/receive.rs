@@ -196,7 +196,7 @@ impl Daemon {
         let mut cutter = splitter.cut(&mut bytes, len, Input::Paused);
         while let Some(frame) = cutter.next(&mut self.checker) {
             // A radio's report without a signature may stand before what is signed.
-            let is_open = matches!(admission, Admission::Unproven | Admission::Unbelieved);
+            let is_open = matches!(admission, Admission::Unproven | Admission::Unbelieved(_));
             if frame.verified && is_open {
                 admission = self.admit_by(index, source, &frame);
             }
@@ -217,7 +217,7 @@ impl Daemon {
                     link.splitter = splitter;
                 }
             }
-            Admission::Unbelieved => self.refuse_unbelieved(index, source),
+            Admission::Unbelieved(why) => self.refuse_unbelieved(index, source, why),
             Admission::Unproven | Admission::Refused => {}
         }
     }

@@ -99,12 +99,7 @@ impl Daemon {
         let status = recorder.status();
         let name = |path: &PathBuf| path.display().to_string();
         Some(RecordStatus {
-            state: match status.state {
-                _ if !recorder.is_running() => RecordState::Stopped,
-                record::RecordState::Waiting => RecordState::Waiting,
-                record::RecordState::Recording => RecordState::Recording,
-                record::RecordState::Failing => RecordState::Failing,
-            },
+            state: shown(status.state, recorder.is_running()),
             reason: recorder.reason().map(str::to_owned),
             file: status.file.as_ref().map(name),
             file_bytes: status.file_bytes,
@@ -175,5 +170,27 @@ impl Daemon {
     /// The wall clock, for whoever needs it: only the recorder does.
     pub(super) fn wall_clock(&self) -> Option<SystemTime> {
         self.recorder.is_some().then(SystemTime::now)
+    }
+}
+
+/// What recording does, whose telemetry is running or is not. That nothing can be written comes
+/// first: that goes for flight-stack logs, too.
+fn shown(state: record::RecordState, is_running: bool) -> RecordState {
+    match state {
+        record::RecordState::Failing => RecordState::Failing,
+        _ if !is_running => RecordState::Stopped,
+        record::RecordState::Waiting => RecordState::Waiting,
+        record::RecordState::Recording => RecordState::Recording,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recorder_that_fails_is_failing_although_telemetry_is_stopped() {
+        assert_eq!(shown(record::RecordState::Failing, false), RecordState::Failing);
+        assert_eq!(shown(record::RecordState::Waiting, false), RecordState::Stopped);
     }
 }

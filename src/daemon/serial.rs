@@ -90,7 +90,8 @@ impl Daemon {
         let endpoint = &mut self.io.endpoints[asker];
         endpoint.is_asking = false;
         match (outcome, &endpoint.state) {
-            (SerialOutcome::Opened { device, settings, port }, State::Opening) => {
+            (SerialOutcome::Opened { device, real, settings, port }, State::Opening) => {
+                self.io.endpoints[asker].real_device = real;
                 let action = match &device {
                     Some(device) => format!("open {}", device.display()),
                     None => "find a flight controller".to_owned(),

@@ -172,7 +172,7 @@ impl Endpoint {
     fn line_rate(&self) -> Option<u32> {
         let Address::Serial { device, bauds } = &self.config.address else { return None };
         match device {
-            Device::Path(path) if is_usb_serial(path) => None,
+            Device::Path(path) if is_usb_serial(self.real_device.as_ref().unwrap_or(path)) => None,
             // The flight controllers that are found by themselves are on USB.
             Device::Auto => None,
             Device::Path(_) => Some(bauds.get(self.baud)? / 10),
@@ -187,10 +187,8 @@ impl Endpoint {
 
 /// Whether a device is a USB one that only looks like a serial port, and takes bytes as fast as USB
 /// does, whatever its baud rate.
-fn is_usb_serial(path: &Path) -> bool {
-    let real = path.canonicalize();
-    let real = real.as_deref().unwrap_or(path);
-    let name = real.file_name().unwrap_or_default().to_string_lossy();
+fn is_usb_serial(device: &Path) -> bool {
+    let name = device.file_name().unwrap_or_default().to_string_lossy();
     name.starts_with("ttyACM") || name.starts_with("ttyGS")
 }
 
@@ -213,6 +211,16 @@ mod tests {
         assert_eq!(capacity("serial:/dev/ttyACM7:57600"), Capacity::Bytes(32_768));
         assert_eq!(capacity("serial:/dev/ttyACM7:57600?bandwidth=9000"), paced(9_000));
         assert_eq!(capacity("udpin::14550"), Capacity::Bytes(32_768));
+    }
+
+    #[test]
+    fn a_name_stands_for_the_device_that_the_opener_found_behind_it() {
+        let mut endpoint = settle_one("serial:/dev/serial/by-id/usb-fc:57600").unwrap();
+        assert_eq!(endpoint.pace(), Some(5_760));
+        endpoint.real_device = Some("/dev/ttyACM0".into());
+        assert_eq!(endpoint.pace(), None);
+        endpoint.real_device = Some("/dev/ttyUSB0".into());
+        assert_eq!(endpoint.pace(), Some(5_760));
     }
 
     #[test]

@@ -22,6 +22,9 @@ use crate::routing::{SigningClock, Time};
 /// How far ahead timestamps may be used of what is written: a minute.
 const AHEAD: u64 = 6_000_000;
 
+/// How far ahead of the clock of the system a time is that somebody should look at: a day.
+const DOUBTFUL: u64 = 24 * 60 * 60 * 100_000;
+
 /// How often the clock of the system is looked at, at most.
 const LOOK: Duration = Duration::from_secs(1);
 
@@ -46,10 +49,21 @@ struct Kept {
 /// The time of signatures, while nothing is signed or verified only a default.
 #[derive(Default, Debug)]
 pub(super) struct SigningTime {
+    /// What was there at the start. Nobody else writes the file, so it holds until we do.
+    found: Found,
     is_on: bool,
     kept: Kept,
     looked: Time,
     writer: Option<Writer>,
+}
+
+/// The file, and what it said.
+#[derive(Default, Debug)]
+struct Found {
+    path: Option<PathBuf>,
+    kept: Option<Kept>,
+    /// Why it said nothing, if that is not as it should be.
+    problem: Option<String>,
 }
 
 /// The thread that writes the file.
@@ -61,8 +75,14 @@ struct Writer {
 }
 
 impl Daemon {
-    /// Sets the clock of signatures, if an endpoint signs or verifies and it is not set yet. At the
-    /// start, before frames flow, it waits for the disk.
+    /// Looks for the file, and sets the clock of signatures if an endpoint signs or verifies. It waits
+    /// for the disk: no frames flow yet. A reload that is the first to ask for signatures does not.
+    pub(super) fn start_signing_time(&mut self) {
+        self.signing_time.found = find();
+        self.begin_signing_time(true);
+    }
+
+    /// Sets the clock of signatures, if an endpoint signs or verifies and it is not set yet.
     pub(super) fn begin_signing_time(&mut self, is_start: bool) {
         let mut gates = self.io.endpoints.iter().map(|endpoint| &endpoint.gate);
         let is_wanted = gates.any(|gate| gate.sign.is_some() || gate.verify.is_some());
@@ -70,8 +90,11 @@ impl Daemon {
             return;
         }
         self.now = self.clock();
-        let path = path();
-        let before = path.as_deref().map(read).unwrap_or_default();
+        let Found { path, kept: before, problem } = std::mem::take(&mut self.signing_time.found);
+        let problem = problem.or_else(|| doubt(path.as_deref()?, before?, wall()));
+        if let Some(problem) = problem {
+            warn!("signing: {problem}");
+        }
         let clock = begin(before, wall(), self.now);
         *self.router.signing_clock_mut() = clock;
         let kept = kept(&clock, self.now);
@@ -80,7 +103,8 @@ impl Daemon {
             // Fails only if the thread is gone, which has told why.
             let _ = writer.work.send(kept);
         }
-        self.signing_time = SigningTime { is_on: true, kept, looked: self.now, writer };
+        let (found, looked) = (Found::default(), self.now);
+        self.signing_time = SigningTime { found, is_on: true, kept, looked, writer };
     }
 
     /// Follows the clock of the system, and has the file written before its reserve is used up.
@@ -132,6 +156,35 @@ fn wall() -> Timestamp {
     Timestamp::from_unix(since_1970.unwrap_or_default())
 }
 
+/// What to tell of a time that is far ahead of the clock of the system. One that shows a time before
+/// 2015 was never set, and is behind for that reason.
+fn doubt(path: &Path, kept: Kept, wall: Timestamp) -> Option<String> {
+    let newest = kept.used.max(kept.shown);
+    let days = newest.units().saturating_sub(wall.units()) / DOUBTFUL;
+    (wall > Timestamp::default() && days > 0).then(|| {
+        format!(
+            "the time in {} is {days} days ahead of this computer's clock: whoever signs with the \
+             right time is refused as too old (set the clock; if that is right, stop the router and \
+             delete the file)",
+            path.display()
+        )
+    })
+}
+
+/// Looks for the file.
+fn find() -> Found {
+    let Some(path) = path() else {
+        let problem = "there is no directory to keep the time in: after a restart with a clock that \
+                       is behind, what is signed will be refused (set STATE_DIRECTORY)";
+        return Found { problem: Some(problem.to_owned()), ..Found::default() };
+    };
+    let (kept, problem) = match read(&path) {
+        Ok(kept) => (kept, None),
+        Err(problem) => (None, Some(problem)),
+    };
+    Found { path: Some(path), kept, problem }
+}
+
 /// Where the file is to be.
 fn path() -> Option<PathBuf> {
     let given = env::var_os("STATE_DIRECTORY");
@@ -141,30 +194,18 @@ fn path() -> Option<PathBuf> {
         PathBuf::from(list.split(':').next().unwrap_or_default())
     });
     let directory = first.or_else(|| Some(DIRECTORY.into()).filter(|dir: &PathBuf| dir.is_dir()));
-    if directory.is_none() {
-        warn!(
-            "signing: there is no directory to keep the time in: after a restart with a clock that \
-             is behind, what is signed will be refused (set STATE_DIRECTORY)"
-        );
-    }
     directory.map(|directory| directory.join(FILE))
 }
 
 /// What the file says; nothing if there is none yet.
-fn read(path: &Path) -> Option<Kept> {
+fn read(path: &Path) -> Result<Option<Kept>, String> {
     match fs::read_to_string(path) {
         Ok(text) => {
-            let kept = parse(&text);
-            if kept.is_none() {
-                warn!("signing: {} is not what was written there: ignored", path.display());
-            }
-            kept
+            let strange = || format!("{} is not what was written there: ignored", path.display());
+            parse(&text).ok_or_else(strange).map(Some)
         }
-        Err(error) if error.kind() == io::ErrorKind::NotFound => None,
-        Err(error) => {
-            warn!("signing: cannot read {}: {error}", path.display());
-            None
-        }
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(format!("cannot read {}: {error}", path.display())),
     }
 }
 
@@ -212,33 +253,4 @@ fn start_writer(path: PathBuf) -> Option<Writer> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const NOW: Timestamp = Timestamp::new(37_000_000_000_000);
-
-    #[test]
-    fn a_clock_that_is_set_back_repeats_no_timestamp() {
-        let mut clock = begin(None, NOW, Time::ZERO);
-        let written = kept(&clock, Time::ZERO);
-        let before = clock.next(Time::from_millis(59_000));
-        assert!(before > NOW && before <= NOW.plus(AHEAD));
-        // Without any word of what was used since, and in 1970.
-        let mut clock = begin(Some(written), Timestamp::default(), Time::ZERO);
-        assert!(clock.next(Time::ZERO) > before);
-        assert_eq!(clock.show(Time::ZERO), NOW, "what is received is held against the older time");
-    }
-
-    #[test]
-    fn what_is_written_is_read() {
-        let path = env::temp_dir().join(format!("mavswitch-signing-{}", std::process::id()));
-        assert_eq!(read(&path), None);
-        let kept = Kept { used: NOW, shown: NOW.minus(5) };
-        assert!(keep(&path, kept));
-        assert_eq!(read(&path), Some(kept));
-        fs::write(&path, "37 none").unwrap();
-        assert_eq!(read(&path), None);
-        fs::remove_file(&path).unwrap();
-        assert!(!keep(&path.join("no-directory"), kept));
-    }
-}
+mod tests;

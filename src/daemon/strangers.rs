@@ -11,6 +11,7 @@ use super::links::{Link, Output};
 use super::log_limit::Topic;
 use super::peers::plain;
 use crate::link::Stream;
+use crate::mavlink::Refusal;
 use crate::routing::Reminder;
 
 /// Why somebody is no peer of a server.
@@ -73,11 +74,15 @@ impl Daemon {
     }
 
     /// Counts and tells of somebody who sent nothing that is signed as it must be.
-    pub(super) fn refuse_unbelieved(&mut self, index: EndpointId, source: SocketAddr) {
+    pub(super) fn refuse_unbelieved(
+        &mut self,
+        index: EndpointId,
+        source: SocketAddr,
+        why: Refusal,
+    ) {
         self.io.endpoints[index].refusals.count(PeerRefusal::Unbelieved);
         if self.refused_strangers.is_due(source, self.now) {
-            let reason = "what it sends is not signed with the key of `verify`, or came before";
-            self.refuse(index, source, reason);
+            self.refuse(index, source, disbelief(why));
         }
     }
 
@@ -116,6 +121,21 @@ impl Daemon {
     }
 }
 
+/// Why what somebody sends is not believed, in words.
+fn disbelief(why: Refusal) -> &'static str {
+    match why {
+        Refusal::Unsigned | Refusal::WrongSignature => {
+            "what it sends is not signed with the key of `verify`"
+        }
+        Refusal::Replayed => "what it sends came before",
+        Refusal::TooOld => {
+            "the time that it signs with is more than a minute behind ours (set its clock, or ours \
+             if that is ahead)"
+        }
+        Refusal::TooManyStreams => "too many others sign with the key of `verify`",
+    }
+}
+
 /// From where the peer of a server sends.
 fn address(link: &Link) -> Option<SocketAddr> {
     match &link.output {
@@ -125,5 +145,19 @@ fn address(link: &Link) -> Option<SocketAddr> {
             Stream::Serial(_) => None,
         },
         Output::Local(_) => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ground_station_with_an_old_clock_is_told_from_one_without_the_key() {
+        assert!(disbelief(Refusal::TooOld).contains("is more than a minute behind ours"));
+        assert!(!disbelief(Refusal::TooOld).contains("key"));
+        for why in [Refusal::Unsigned, Refusal::WrongSignature] {
+            assert!(disbelief(why).contains("not signed with the key of `verify`"));
+        }
     }
 }

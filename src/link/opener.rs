@@ -35,6 +35,8 @@ pub enum SerialOutcome {
     Opened {
         /// Its device node, or a name that leads to that.
         device: Option<PathBuf>,
+        /// The device node itself, if it could be opened.
+        real: Option<PathBuf>,
         /// How it was set up.
         settings: SerialSettings,
         /// The port, whose calls return instead of waiting.
@@ -86,7 +88,9 @@ impl<A: Send + 'static> Opener<A> {
                 }
                 None => Err(none()),
             };
-            SerialOutcome::Opened { device, settings, port }
+            let real =
+                device.as_ref().filter(|_| port.is_ok()).and_then(|it| it.canonicalize().ok());
+            SerialOutcome::Opened { device, real, settings, port }
         })
     }
 

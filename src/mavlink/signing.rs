@@ -183,14 +183,26 @@ impl Streams {
         Ok(new.last)
     }
 
-    /// Whether [`Streams::accept`] would believe a frame.
-    pub fn would_accept(&self, frame: &CheckedFrame<'_>, key: &Key, local: Timestamp) -> bool {
-        let Some(new) = Stream::of(frame) else { return false };
-        let is_next = match self.0.iter().find(|known| known.is_same(&new)) {
-            Some(known) => new.last > known.last,
-            None => new.last.plus(LATE) >= local,
-        };
-        is_next && key.has_signed(frame.bytes)
+    /// Whether [`Streams::accept`] would believe a frame, as far as its stream is concerned.
+    ///
+    /// # Errors
+    ///
+    /// Why not.
+    pub fn would_accept(
+        &self,
+        frame: &CheckedFrame<'_>,
+        key: &Key,
+        local: Timestamp,
+    ) -> Result<(), Refusal> {
+        let new = Stream::of(frame).ok_or(Refusal::Unsigned)?;
+        if !key.has_signed(frame.bytes) {
+            return Err(Refusal::WrongSignature);
+        }
+        match self.0.iter().find(|known| known.is_same(&new)) {
+            Some(known) if new.last <= known.last => Err(Refusal::Replayed),
+            None if new.last.plus(LATE) < local => Err(Refusal::TooOld),
+            _ => Ok(()),
+        }
     }
 
     fn begin(&mut self, new: Stream, local: Timestamp) -> Result<(), Refusal> {
@@ -237,7 +249,8 @@ pub fn fuzz_signing(data: &[u8]) {
     let time = Timestamp::new(u64::from(t) << 32);
     let signed = signed.sign(&frame, &key, link, time).expect("an unsigned frame of MAVLink 2");
     let mut streams = Streams::default();
-    assert!(streams.would_accept(&signed, &key, time));
+    assert_eq!(streams.would_accept(&signed, &key, time), Ok(()));
+    assert_eq!(streams.would_accept(&signed, &other, time), Err(Refusal::WrongSignature));
     assert_eq!(streams.accept(&signed, &other, time), Err(Refusal::WrongSignature));
     assert_eq!(streams.accept(&signed, &key, time), Ok(time));
     assert_eq!(streams.accept(&signed, &key, time), Err(Refusal::Replayed));

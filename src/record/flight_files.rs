@@ -12,6 +12,11 @@ use super::feed::Piece;
 use super::output::is_there;
 use super::store::Store;
 
+/// A slot as a bit: there are 32 of them.
+pub(super) fn slot_bit(slot: u8) -> u32 {
+    1_u32.unbounded_shl(slot.into())
+}
+
 /// Flight-stack logs by slot.
 #[derive(Default)]
 pub(super) struct FlightFiles(Vec<Flight>);
@@ -82,13 +87,27 @@ impl FlightFiles {
         Ok(())
     }
 
-    /// A file that is not where it was made is no use; what comes next goes to another.
-    pub(super) fn forget_vanished(&mut self) {
-        for flight in &mut self.0 {
-            if let Some((_, path)) = flight.file.take_if(|(file, path)| !is_there(file, path)) {
-                warn!("record {} has vanished: beginning another", path.display());
+    /// A file that is not where it was made is no use, and neither is the rest of its log without the
+    /// beginning: such logs break off. Their slots, as bits.
+    pub(super) fn forget_vanished(&mut self) -> u32 {
+        self.forget(|flight| {
+            let gone = flight.file.as_ref().filter(|(file, path)| !is_there(file, path));
+            if let Some((_, path)) = gone {
+                warn!("record {} has vanished: asking for a log anew", path.display());
             }
-        }
+            gone.is_some()
+        })
+    }
+
+    /// The log in this slot breaks off if nothing of it is written yet: its beginning was lost. Its
+    /// slot, as a bit.
+    pub(super) fn forget_unbegun(&mut self, slot: u8) -> u32 {
+        self.forget(|flight| flight.slot == slot && flight.file.is_none())
+    }
+
+    fn forget(&mut self, is_broken: impl Fn(&Flight) -> bool) -> u32 {
+        let broken = self.0.extract_if(.., |flight| is_broken(flight));
+        broken.fold(0, |slots, flight| slots | slot_bit(flight.slot))
     }
 
     /// The files that are being written, with their slots.

@@ -1,7 +1,7 @@
 //! How the recorder is getting on: what the loop and the writer both tell, and others show.
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 /// How the recorder is getting on. Counts from the start of the recorder.
@@ -35,7 +35,7 @@ pub enum RecordState {
     Waiting,
     /// It writes.
     Recording,
-    /// It cannot write, and tries again as long as there is something to write.
+    /// It cannot write, and tries again each second.
     Failing,
 }
 
@@ -50,6 +50,8 @@ pub(super) struct Shared {
     pub(super) is_ending: AtomicBool,
     /// Whether the writer cannot write.
     pub(super) is_failing: AtomicBool,
+    /// The slots of the flight-stack logs that broke off, as bits, until their sessions know.
+    pub(super) broken: AtomicU32,
     /// Held for copying alone, never while a file is touched.
     status: Mutex<RecordStatus>,
 }

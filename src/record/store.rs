@@ -6,12 +6,15 @@
 //! Only files with such names are ever deleted.
 
 use std::fs::{self, File, OpenOptions};
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 /// The extensions of records.
 const EXTENSIONS: [&str; 3] = ["tlog", "ulg", "bin"];
+
+/// How much is written to try whether that works: as much as a record takes at once.
+const TRIAL: usize = 64 * 1024;
 
 /// How many names are tried: others may make files in the directory too.
 const TRIES: u32 = 100;
@@ -44,6 +47,18 @@ impl Store {
         Err(io::Error::new(io::ErrorKind::AlreadyExists, "no name is left for another record"))
     }
 
+    /// Tries whether a record can be made and written: one that is deleted at once.
+    ///
+    /// # Errors
+    ///
+    /// If not.
+    pub(super) fn try_out(&self) -> io::Result<()> {
+        let (mut file, path) = self.create("bin", SystemTime::now())?;
+        let outcome = file.write_all(&[0; TRIAL]).and_then(|()| file.sync_data());
+        fs::remove_file(path)?;
+        outcome
+    }
+
     /// Deletes the oldest records until the limits are held, but none of `open`.
     ///
     /// # Errors
@@ -72,12 +87,16 @@ impl Store {
         Err(io::Error::new(io::ErrorKind::StorageFull, why))
     }
 
-    /// Whether as much is free as is to be.
+    /// Whether as much is free as is to be. Who cannot be asked, or does not know, shall not have the
+    /// records deleted: whether there is room shows when something is written.
     fn has_room(&self) -> bool {
-        self.min_free == 0
-            // Who cannot be asked shall not have the records deleted.
-            || rustix::fs::statvfs(&self.dir)
-                .is_ok_and(|it| it.f_bavail.saturating_mul(it.f_frsize) >= self.min_free)
+        self.min_free == 0 || self.free().is_none_or(|free| free >= self.min_free)
+    }
+
+    /// How many bytes are free, if the file system says so: some have no blocks to count.
+    fn free(&self) -> Option<u64> {
+        let answer = rustix::fs::statvfs(&self.dir).ok().filter(|it| it.f_blocks > 0)?;
+        Some(answer.f_bavail.saturating_mul(answer.f_frsize))
     }
 
     /// The records there are, the oldest first.
@@ -156,6 +175,27 @@ mod tests {
         let left: Vec<_> = made.iter().map(|path| path.exists()).collect();
         assert_eq!(left, [true, false, false, false, true]);
         assert!(other.exists());
+    }
+
+    #[test]
+    fn a_disk_that_does_not_say_how_much_is_free_has_no_record_deleted() {
+        let unknown = |dir: &str| Store { dir: dir.into(), min_free: u64::MAX, max_files: 0 };
+        // It has no blocks to count.
+        assert!(unknown("/proc").has_room());
+        let gone = TestDir::new();
+        assert!(unknown(gone.path().join("gone").to_str().unwrap()).has_room());
+        assert!(!unknown(gone.path().to_str().unwrap()).has_room());
+    }
+
+    #[test]
+    fn a_record_is_tried_out_and_leaves_nothing_behind() {
+        let dir = TestDir::new();
+        let store = store(&dir);
+        store.try_out().unwrap();
+        assert_eq!(names(&store), [""; 0]);
+        fs::remove_dir(&store.dir).unwrap();
+        fs::write(&store.dir, "").unwrap();
+        assert!(store.try_out().is_err());
     }
 
     #[test]

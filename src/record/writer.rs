@@ -2,7 +2,7 @@
 //!
 //! It writes what comes in portions, has it put on the disk each second, and sleeps while nothing
 //! comes. When it cannot write it says so once, forgets what it is given and counts it, and tries
-//! again each second as long as something comes.
+//! again each second, whether anything comes or not: nobody hands over a flight-stack log meanwhile.
 
 use std::io;
 use std::sync::Arc;
@@ -47,6 +47,8 @@ struct Files {
     lost_before: u64,
     /// When it is tried again.
     again: Option<Instant>,
+    /// The slots of flight-stack logs that broke off, as bits, until that is told.
+    broken: u32,
 }
 
 impl Writer {
@@ -58,6 +60,7 @@ impl Writer {
             status: RecordStatus::default(),
             lost_before: 0,
             again: None,
+            broken: 0,
         };
         Self { drain, shared, files, told: (0, None) }
     }
@@ -78,9 +81,9 @@ impl Writer {
         self.shared.set_status(self.files.status);
     }
 
-    /// Waits for the next second, or for as long as nothing comes.
+    /// Waits for the next second if there is something to do then, or for as long as nothing comes.
     fn rest(&self, has_worked: bool) {
-        if has_worked {
+        if has_worked || self.files.is_failing() {
             if !self.shared.is_ending.load(Ordering::Acquire) {
                 thread::park_timeout(PERIOD);
             }
@@ -104,13 +107,24 @@ impl Writer {
             self.files.handle(&piece);
             taken += 1;
         }
+        let has_failed = self.files.is_failing();
         if taken > 0 {
             self.files.look_after();
             self.tell_overflow();
-            self.shared.is_failing.store(self.files.is_failing(), Ordering::Relaxed);
-            self.shared.set_status(self.files.status.clone());
+        }
+        if taken > 0 || has_failed {
+            self.files.try_again();
+            self.tell();
         }
         taken
+    }
+
+    /// Tells the loop how it is getting on.
+    fn tell(&mut self) {
+        let broken = std::mem::take(&mut self.files.broken);
+        self.shared.broken.fetch_or(broken, Ordering::Relaxed);
+        self.shared.is_failing.store(self.files.is_failing(), Ordering::Relaxed);
+        self.shared.set_status(self.files.status.clone());
     }
 
     fn tell_overflow(&mut self) {
@@ -163,7 +177,11 @@ impl Files {
     }
 
     fn handle_flight(&mut self, piece: &Piece<'_>) {
-        if !self.flights.is_open(piece.slot) || !self.may_try() {
+        if !self.flights.is_open(piece.slot) {
+            return;
+        }
+        if !self.may_try() {
+            self.broken |= self.flights.forget_unbegun(piece.slot);
             return;
         }
         match self.flights.write(&self.store, piece) {
@@ -171,6 +189,25 @@ impl Files {
                 self.status.bytes += piece.bytes.len() as u64;
                 self.status.files += u64::from(is_new);
                 self.recover();
+            }
+            Err(error) => {
+                self.fail(0, &error);
+                self.broken |= self.flights.forget_unbegun(piece.slot);
+            }
+        }
+    }
+
+    /// Tries whether it works again, if it is time to.
+    fn try_again(&mut self) {
+        if !self.is_failing() || !self.may_try() {
+            return;
+        }
+        self.broken |= self.flights.forget_vanished();
+        match self.store.try_out() {
+            Ok(()) => {
+                self.recover();
+                self.tell_files();
+                self.tell_idle();
             }
             Err(error) => self.fail(0, &error),
         }
@@ -270,7 +307,7 @@ impl Files {
         if let Some(output) = self.output.take_if(|output| !output.is_there()) {
             warn!("record {} has vanished: beginning another", output.path().display());
         }
-        self.flights.forget_vanished();
+        self.broken |= self.flights.forget_vanished();
         if let Err(error) = self.make_room() {
             self.fail(0, &error);
         }

@@ -315,16 +315,20 @@ impl Router {
     }
 
     /// Whether a frame shows that whoever sent it may be let in at such a gate.
+    ///
+    /// # Errors
+    ///
+    /// Why it does not.
     pub fn would_let_in(
         &self,
         options: &GateOptions,
         membership: Option<Membership>,
         frame: &CheckedFrame<'_>,
         now: Time,
-    ) -> bool {
+    ) -> Result<(), Refusal> {
         let member = membership.map(|membership| membership.member);
         let believes = |verify: &Verify| self.signing.would_accept(&verify.key, member, frame, now);
-        options.verify.as_ref().is_none_or(believes)
+        options.verify.as_ref().map_or(Ok(()), believes)
     }
 
     /// The time that is signed with.

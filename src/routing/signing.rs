@@ -119,14 +119,14 @@ impl Signing {
         Ok(())
     }
 
-    /// Whether a frame would be believed.
+    /// Whether a frame would be believed, and if not, why.
     pub(super) fn would_accept(
         &self,
         key: &Key,
         member: Option<u16>,
         frame: &CheckedFrame<'_>,
         now: Time,
-    ) -> bool {
+    ) -> Result<(), Refusal> {
         let local = self.clock.show(now);
         let known = self.find(key, member).and_then(|at| self.heard[at].as_ref());
         match known {

@@ -3,7 +3,8 @@
 use crate::frames::{Random, Receiver, frame, telemetry};
 use crate::network::*;
 use mavswitch::mavlink::{
-    CheckedFrame, Component, FrameBuffer, Input, Key, MessageId, Streams, Timestamp, Version,
+    CheckedFrame, Component, FrameBuffer, Input, Key, MessageId, Refusal, Streams, Timestamp,
+    Version,
 };
 use mavswitch::routing::{
     DropReason, GateOptions, LinkId, LinkOptions, OldFrames, RouterEvent, RouterOptions, Sign,
@@ -186,16 +187,21 @@ fn a_stranger_joins_with_a_signature_and_not_with_one_that_was_heard_before() {
     let (mut network, radio, _) = beside(verify(false));
     let good = signed_by(&key(), 1, NOW, &attitude(VEHICLE, 1));
     let joins = |network: &Network, bytes: &[u8]| {
-        let mut joins = false;
+        let mut joins = Ok(());
         each(bytes, |frame| {
             joins = network.router.would_let_in(&verify(false), None, frame, network.now);
         });
         joins
     };
-    assert!(!joins(&network, &attitude(VEHICLE, 1)));
-    assert!(joins(&network, &good));
+    assert_eq!(joins(&network, &attitude(VEHICLE, 1)), Err(Refusal::Unsigned));
+    assert_eq!(joins(&network, &good), Ok(()));
     network.receive(radio, &good);
-    assert!(!joins(&network, &good));
+    assert_eq!(joins(&network, &good), Err(Refusal::Replayed));
+    // A clock that was never set.
+    let old = signed_by(&key(), 2, Timestamp::new(1), &attitude(VEHICLE, 2));
+    assert_eq!(joins(&network, &old), Err(Refusal::TooOld));
+    let forged = signed_by(&Key::from_passphrase("another"), 1, NOW.plus(1), &attitude(VEHICLE, 2));
+    assert_eq!(joins(&network, &forged), Err(Refusal::WrongSignature));
 }
 
 #[test]

@@ -161,7 +161,8 @@ fn what_was_heard_by_a_key_is_known_as_long_as_that_is_configured_and_no_longer(
     let gate = daemon.io.endpoints[index].gate.clone();
     let header = Header::parse(&bytes).unwrap();
     let frame = CheckedFrame { bytes: &bytes, header, target: header.source, verified: true };
-    let is_new = |daemon: &Daemon| daemon.router.would_let_in(&gate, None, &frame, daemon.now);
+    let is_new =
+        |daemon: &Daemon| daemon.router.would_let_in(&gate, None, &frame, daemon.now).is_ok();
     let configure = |daemon: &mut Daemon, passphrase| {
         daemon.change_all(settle(vec![guarded(passphrase)], &Dialect::builtin()).unwrap())
     };

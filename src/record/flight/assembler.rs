@@ -26,6 +26,8 @@ const PATIENCE: Duration = Duration::from_millis(500);
 /// The file in the making.
 #[derive(Debug)]
 pub(super) struct Assembler {
+    /// The piece that it began with.
+    beginning: Vec<u8>,
     /// The number of the piece that comes next.
     expected: u16,
     /// The beginning of a message. Invariant: shorter than the message.
@@ -47,15 +49,13 @@ pub(super) struct Assembler {
 impl Assembler {
     /// Begins a file with its first piece, if it is one.
     pub(super) fn begin(piece: &UlogPiece, now: Time, sink: &mut dyn Sink) -> Option<Self> {
-        if piece.data.len() < HEADER || !piece.data.starts_with(&MAGIC) {
-            return None;
-        }
-        if !sink.has_room(piece.data.len()) {
+        if !is_beginning(piece) || !sink.has_room(piece.data.len()) {
             return None;
         }
         sink.open("ulg");
         sink.write(0, &piece.data[..HEADER]);
         let mut assembler = Self {
+            beginning: piece.data.clone(),
             expected: piece.sequence.wrapping_add(1),
             partial: Vec::new(),
             position: HEADER as u64,
@@ -67,6 +67,11 @@ impl Assembler {
         };
         assembler.append(&piece.data[HEADER..], sink);
         Some(assembler)
+    }
+
+    /// Whether another file begins with a piece: its header has the time at which it was begun.
+    pub(super) fn is_another(&self, piece: &UlogPiece) -> bool {
+        is_beginning(piece) && piece.data != self.beginning
     }
 
     /// Takes a piece; says whether it is in safe hands. If there was no room for it, it is not.
@@ -198,6 +203,10 @@ impl Assembler {
             self.is_lost = true;
         }
     }
+}
+
+fn is_beginning(piece: &UlogPiece) -> bool {
+    piece.data.len() >= HEADER && piece.data.starts_with(&MAGIC)
 }
 
 /// How long the message is that begins here, if that can be told.

@@ -193,6 +193,10 @@ impl Sessions {
         if header.id == MessageId::SYSTEM_TIME {
             self.handle_system_time(at, frame, now);
         } else if let Some(heard) = Heard::read(frame) {
+            // At most `VEHICLES`.
+            if self.feed.take_broken(at as u8) {
+                return self.with(at, now, |session, turn| session.handle_broken(turn));
+            }
             self.with(at, now, |session, turn| session.handle(heard, turn));
         }
     }

@@ -190,6 +190,8 @@ impl Session for Dataflash {
         match self.state {
             // Nobody wants it: the vehicle shall stop.
             State::Idle => return self.say(STOP, turn),
+            // Without room it comes again: it is not acknowledged.
+            State::Starting if number < BEGINNING && !turn.sink.has_room(BLOCK) => return,
             State::Starting if number < BEGINNING => self.begin(turn),
             State::Silent if self.is_another(number) => self.begin(turn),
             // A log that was begun for somebody else: without its beginning it is of no use.

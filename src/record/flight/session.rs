@@ -83,6 +83,15 @@ pub(super) trait Session: fmt::Debug {
         }
     }
 
+    /// The file of the log is lost: without its beginning the rest is of no use.
+    fn handle_broken(&mut self, turn: &mut Turn<'_>) {
+        self.finish(turn);
+        if matches!(self.phase(), Phase::Asking | Phase::Running) {
+            self.stop(turn);
+            self.start(turn);
+        }
+    }
+
     /// Nobody will take anything any more: the vehicle shall not go on sending.
     fn leave(&mut self, turn: &mut Turn<'_>) {
         if self.phase() != Phase::Idle {

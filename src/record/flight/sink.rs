@@ -7,6 +7,7 @@ use std::sync::atomic::Ordering;
 
 use crate::mavlink::MAX_FRAME;
 use crate::record::feed::{Feed, Kind, Piece};
+use crate::record::flight_files::slot_bit;
 use crate::record::status::Shared;
 
 /// Where one log is written to.
@@ -34,6 +35,13 @@ const RESERVE: usize = 4 * 1024;
 impl FlightFeed {
     pub(in crate::record) fn new(feed: Rc<RefCell<Feed>>, shared: Arc<Shared>) -> Self {
         Self { feed, shared }
+    }
+
+    /// Whether the log in this slot broke off, of which nothing more is written; tells it once.
+    pub(super) fn take_broken(&self, slot: u8) -> bool {
+        let (bit, broken) = (slot_bit(slot), &self.shared.broken);
+        broken.load(Ordering::Relaxed) & bit != 0
+            && broken.fetch_and(!bit, Ordering::Relaxed) & bit != 0
     }
 
     /// The sink of the log that has this slot.

@@ -55,6 +55,12 @@ impl Ulog {
 
     fn handle_piece(&mut self, piece: UlogPiece, turn: &mut Turn<'_>) {
         let ack = piece.wants_ack.then(|| Said::logging_ack(self.system, piece.sequence));
+        if self.log.as_ref().is_some_and(|log| log.is_another(&piece)) {
+            if !turn.sink.has_room(piece.data.len()) {
+                return;
+            }
+            self.end_before_another(turn);
+        }
         let is_safe = match (&mut self.log, self.state) {
             (Some(log), _) => log.handle(piece, turn.now, turn.sink),
             (None, State::Starting) => return self.begin(&piece, ack, turn),
@@ -65,6 +71,14 @@ impl Ulog {
             self.timer = Some(turn.now + SILENCE);
         }
         turn.out.extend(ack.filter(|_| is_safe));
+    }
+
+    /// Somebody else has had the vehicle begin another log.
+    fn end_before_another(&mut self, turn: &mut Turn<'_>) {
+        self.finish(turn);
+        if self.state == State::Running {
+            (self.state, self.timer) = (State::Starting, Some(turn.now + AGAIN));
+        }
     }
 
     /// The first piece of a log has come, or a later one of a log that somebody else has begun.

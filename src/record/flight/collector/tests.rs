@@ -1,14 +1,14 @@
 //! Several vehicles at once, each on a line of its own, with the real writer.
 
-use std::fs;
-use std::time::Duration;
+use std::time::{Duration, Instant};
+use std::{fs, io, thread};
 
 use super::super::message::{STOP, UlogPiece};
 use super::super::stage::ardupilot::ArduPilot;
 use super::super::stage::px4::{Px4, log, pieces};
 use super::super::stage::{Chance, FlightStack, Line, frame, from_autopilot};
 use super::*;
-use crate::record::Recorder;
+use crate::record::{RecordState, RecordStatus, Recorder};
 use crate::test_dir::TestDir;
 
 const LIMIT: Duration = Duration::from_secs(60);
@@ -124,7 +124,8 @@ impl Stage {
 /// A PX4 with a log whose pieces are all acknowledged.
 fn px4(system: u8, messages: usize) -> (Pilot, Vec<u8>) {
     let log = log(&mut Chance::new(system.into()), messages);
-    let vehicle = Px4 { pieces: pieces(&log, usize::MAX), ..Px4::default() };
+    let anew = pieces(&log, usize::MAX);
+    let vehicle = Px4 { pieces: anew.clone(), anew, ..Px4::default() };
     (Pilot::new(system, PX4, Box::new(vehicle)), log)
 }
 
@@ -195,6 +196,75 @@ fn at_the_end_each_vehicle_that_sends_is_asked_to_stop_and_nothing_begins_any_mo
     let files = stage.end();
     assert_eq!(files.len(), 2);
     assert!(log.starts_with(&files[0].1) && files[0].1.len() > 1_000);
+}
+
+/// Runs until a vehicle has sent everything and a file of this content is there.
+fn run_until_whole(stage: &mut Stage, log: &[u8]) {
+    let end = Instant::now() + LIMIT;
+    let is_whole = |file: io::Result<fs::DirEntry>| {
+        file.is_ok_and(|file| fs::read(file.path()).is_ok_and(|bytes| bytes == log))
+    };
+    while !fs::read_dir(stage.dir.path()).is_ok_and(|mut files| files.any(is_whole)) {
+        assert!(Instant::now() < end, "{:?}", stage.recorder.status());
+        stage.run(20);
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Runs until the recorder is in such a state.
+fn run_until(stage: &mut Stage, is_so: impl Fn(&RecordStatus) -> bool) {
+    let end = Instant::now() + LIMIT;
+    while !is_so(&stage.recorder.status()) {
+        assert!(Instant::now() < end, "{:?}", stage.recorder.status());
+        stage.run(1);
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn a_disk_that_was_away_gets_a_whole_log_once_it_is_back() {
+    for (vehicle, log) in [px4(1, 300), ardupilot(1, 400)] {
+        let mut stage = Stage::new(vec![vehicle]);
+        fs::remove_dir(stage.dir.path()).unwrap();
+        fs::write(stage.dir.path(), "").unwrap();
+        stage.greet();
+        run_until(&mut stage, |status| status.state == RecordState::Failing);
+        fs::remove_file(stage.dir.path()).unwrap();
+        run_until_whole(&mut stage, &log);
+        run_until(&mut stage, |status| status.state == RecordState::Recording);
+        stage.recorder.stop(LIMIT);
+    }
+}
+
+#[test]
+fn a_recorder_that_has_failed_goes_on_although_nothing_comes() {
+    let (vehicle, _) = ardupilot(1, 10);
+    let mut stage = Stage::new(vec![vehicle]);
+    fs::remove_dir(stage.dir.path()).unwrap();
+    fs::write(stage.dir.path(), "").unwrap();
+    stage.greet();
+    run_until(&mut stage, |status| status.state == RecordState::Failing);
+    stage.pilots.clear();
+    stage.collector = Collector::new(&RecordOptions::default(), stage.recorder.flight_feed());
+    fs::remove_file(stage.dir.path()).unwrap();
+    run_until(&mut stage, |status| status.state == RecordState::Waiting);
+    assert_eq!(stage.recorder.status().error, None);
+    stage.recorder.stop(LIMIT);
+}
+
+#[test]
+fn a_log_whose_file_vanishes_is_asked_for_anew() {
+    for (vehicle, log) in [px4(1, 2_000), ardupilot(1, 2_000)] {
+        let mut stage = Stage::new(vec![vehicle]);
+        stage.greet();
+        run_until(&mut stage, |status| status.files == 1 && status.bytes > 100 * 200);
+        fs::remove_dir_all(stage.dir.path()).unwrap();
+        // That it has vanished shows when more is written.
+        run_until(&mut stage, |status| status.flight_files.is_empty());
+        run_until_whole(&mut stage, &log);
+        let files = stage.end();
+        assert!(files.len() == 1 && files[0].1 == log);
+    }
 }
 
 #[test]

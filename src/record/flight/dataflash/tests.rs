@@ -22,6 +22,15 @@ fn every_block_arrives_whatever_is_lost_repeated_or_late() {
 }
 
 #[test]
+fn without_room_no_log_begins_and_its_first_block_is_not_acknowledged() {
+    let mut stage = stage(2);
+    stage.want(true);
+    stage.files.is_full = true;
+    assert_eq!(stage.handle(Heard::Block(0, [0; BLOCK])), []);
+    assert!(stage.files.files.is_empty());
+}
+
+#[test]
 fn a_missing_block_is_asked_for_by_its_own_number() {
     let mut stage = stage(1);
     stage.want(true);

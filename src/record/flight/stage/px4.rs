@@ -60,6 +60,8 @@ pub(in super::super) struct Px4 {
     /// What is still to be sent.
     pub(in super::super) pieces: VecDeque<UlogPiece>,
     pub(in super::super) is_streaming: bool,
+    /// What it sends from the beginning each time it is asked to start, if it is to.
+    pub(in super::super) anew: VecDeque<UlogPiece>,
     /// The piece whose acknowledgement is waited for, and until when.
     pub(in super::super) waits_for: Option<(u16, Time)>,
 }
@@ -69,7 +71,11 @@ impl FlightStack for Px4 {
         let short = |at: usize| u16::from_le_bytes([said.payload[at], said.payload[at + 1]]);
         match said.id {
             COMMAND_LONG => {
-                self.is_streaming = short(28) == START;
+                let is_start = short(28) == START;
+                if is_start && !self.is_streaming && !self.anew.is_empty() {
+                    (self.pieces, self.waits_for) = (self.anew.clone(), None);
+                }
+                self.is_streaming = is_start;
                 return Some(Heard::Answer(short(28), ACCEPTED));
             }
             LOGGING_ACK if self.waits_for.is_some_and(|(number, _)| number == short(0)) => {

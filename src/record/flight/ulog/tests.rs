@@ -24,6 +24,30 @@ fn acknowledged_pieces_all_arrive_whatever_is_lost_repeated_or_late() {
 }
 
 #[test]
+fn a_log_that_another_client_begins_anew_gets_a_file_of_its_own() {
+    let mut stage = stage(3);
+    stage.want(true);
+    stage.run(20);
+    let mut logs = [200, 150].map(|messages| log(&mut stage.line.chance, messages));
+    // When it was begun, in microseconds.
+    (logs[0][8], logs[1][8]) = (1, 2);
+    let [first, second] = logs.each_ref().map(|log| pieces(log, usize::MAX));
+    let hear = |stage: &mut Stage<Px4, Ulog>, piece: &UlogPiece| {
+        let said = stage.handle(Heard::Ulog(piece.clone()));
+        assert_eq!(said, [Said::logging_ack(1, piece.sequence)]);
+    };
+    first.iter().for_each(|piece| hear(&mut stage, piece));
+    // Its beginning once more is no other log.
+    hear(&mut stage, &first[0]);
+    assert_eq!(stage.files.files.len(), 1);
+    stage.files.is_full = true;
+    assert_eq!(stage.handle(Heard::Ulog(second[0].clone())), []);
+    stage.files.is_full = false;
+    second.iter().for_each(|piece| hear(&mut stage, piece));
+    assert!(stage.files.contents() == [&logs[0][..], &logs[1][..]]);
+}
+
+#[test]
 fn pieces_that_overtake_each_other_are_put_in_order() {
     for seed in 0..20 {
         let mut stage = stage(seed);
