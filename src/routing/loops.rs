@@ -181,9 +181,12 @@ impl Known<'_> {
         !self.frame.is_directed() && self.is_behind(|_| true)
     }
 
-    /// Whether the source has said the same number over this link just before.
+    /// Whether the source has never said any other number. That its last one here was the same proves
+    /// nothing: it may be this very frame, on its lap before.
     fn counts_nothing(&self) -> bool {
-        self.heard().is_some_and(|heard| heard.sequence.latest() == self.frame.header.seq)
+        let Some(known) = self.table.find(self.frame.header.source) else { return false };
+        let is_same = |heard: &Heard| heard.sequence.latest() == self.frame.header.seq;
+        known.heard.iter().all(|heard| is_same(heard) && !heard.sequence.counts())
     }
 
     /// What was heard of the source on this link.

@@ -7,6 +7,8 @@ pub struct Sequence {
     last: Option<u8>,
     /// That of the frame that came last, newest or not.
     latest: u8,
+    /// Whether two frames that followed each other had different ones.
+    counts: bool,
     /// Frames received.
     pub received: u64,
     /// Frames that were sent before the last one received and did not arrive.
@@ -19,15 +21,21 @@ impl Sequence {
         self.latest
     }
 
+    /// Whether the source is known to count: there are senders that never do.
+    pub(super) fn counts(&self) -> bool {
+        self.counts
+    }
+
     /// Takes the next frame's sequence number into account; says how many frames are missing
     /// before it.
     pub fn handle(&mut self, seq: u8) -> u8 {
         self.received += 1;
-        self.latest = seq;
+        let previous = std::mem::replace(&mut self.latest, seq);
         let Some(last) = self.last else {
             self.last = Some(seq);
             return 0;
         };
+        self.counts |= previous != seq;
         let gap = seq.wrapping_sub(last).wrapping_sub(1);
         // The other half of the circle: late, a duplicate, or a sender that started again.
         if gap >= 128 {

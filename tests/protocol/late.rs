@@ -109,6 +109,22 @@ fn who_starts_again_elsewhere_is_heard() {
     }
 }
 
+/// Of somebody who has gone the last frame comes by a slow ring, lap by lap: that it has the number of
+/// the last one here is no wonder.
+#[test]
+fn the_last_frame_of_somebody_does_not_go_round_slowly() {
+    let (mut network, [here, ring, station]) = Network::with_links();
+    for seq in 0..20 {
+        step(&mut network, 100);
+        assert!(network.hears(here, &telemetry(seq, u32::from(seq))).contains(&station));
+    }
+    let told = (0..9).filter(|_| {
+        step(&mut network, 3_000);
+        network.hears(ring, &telemetry(19, 19)).contains(&station)
+    });
+    assert!(told.count() <= 1, "once, for it may be news, and then no more");
+}
+
 /// A script says hello, gives one command and ends; run again, it comes from another UDP port, while
 /// the links of its former runs are not closed yet.
 #[test]
