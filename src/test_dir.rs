@@ -11,7 +11,9 @@ impl TestDir {
         static NEXT: AtomicU32 = AtomicU32::new(0);
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
         let path = env::temp_dir().join(format!("mavswitch-test-{}-{number}", process::id()));
-        fs::create_dir_all(&path).unwrap();
+        // One that was killed leaves its directory behind, and numbers of processes come again.
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir(&path).unwrap();
         Self(path)
     }
 

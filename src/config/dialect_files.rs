@@ -239,15 +239,15 @@ fn shown(path: &Path) -> String {
 mod tests {
     use super::*;
     use crate::mavlink::{Dialect, MessageId};
+    use crate::test_dir::TestDir;
 
-    /// A directory of its own for a test, gone with it.
-    struct Dir(PathBuf);
+    /// A directory with message definitions.
+    struct Dir(TestDir);
 
     impl Dir {
-        fn new(test: &str) -> Self {
-            let name = format!("mavswitch-dialect-{test}-{}", std::process::id());
-            let dir = std::env::temp_dir().join(name);
-            fs::create_dir_all(dir.join("sub")).unwrap();
+        fn new() -> Self {
+            let dir = TestDir::new();
+            fs::create_dir(dir.path().join("sub")).unwrap();
             Self(dir)
         }
 
@@ -262,29 +262,23 @@ mod tests {
                 xml += &format!("<message id=\"{id}\" name=\"M{id}\">");
                 xml += &format!("<field type=\"uint8_t\" name=\"{field}\"/></message>\n");
             }
-            fs::write(self.0.join(file), xml + "</messages></mavlink>").unwrap();
+            self.0.write(file, xml + "</messages></mavlink>");
         }
 
         fn load(&self, file: &str) -> Result<Vec<Definition>, DialectFileError> {
-            load_dialect(&self.0.join(file))
+            load_dialect(&self.0.path().join(file))
         }
 
         /// The error of a load, without the path of the directory.
         fn error(&self, file: &str) -> String {
             let error = self.load(file).unwrap_err().to_string();
-            error.replace(&format!("{}/", self.0.display()), "")
-        }
-    }
-
-    impl Drop for Dir {
-        fn drop(&mut self) {
-            let _ = fs::remove_dir_all(&self.0);
+            error.replace(&format!("{}/", self.0.path().display()), "")
         }
     }
 
     #[test]
     fn each_file_is_read_once_and_an_including_file_has_the_last_word() {
-        let dir = Dir::new("order");
+        let dir = Dir::new();
         // Included before the middle file, the base still comes after it; the base includes the first.
         dir.write("own.xml", &["base.xml", "sub/mid.xml", "own.xml"], &[(1, "own")]);
         dir.write("sub/mid.xml", &["../base.xml"], &[(2, "mid"), (1, "mid")]);
@@ -306,7 +300,7 @@ mod tests {
 
     #[test]
     fn an_error_names_the_way_to_the_file() {
-        let dir = Dir::new("errors");
+        let dir = Dir::new();
         dir.write("a.xml", &["sub/b.xml"], &[]);
         dir.write("sub/b.xml", &["c\n.xml"], &[]);
         let chain = "sub/b.xml, included by a.xml";
@@ -329,7 +323,7 @@ mod tests {
 
     #[test]
     fn files_messages_and_bytes_are_bounded() {
-        let dir = Dir::new("limits");
+        let dir = Dir::new();
         for file in 0..MAX_FILES {
             let next = format!("{}.xml", file + 1);
             dir.write(&format!("{file}.xml"), &[&next], &[]);
@@ -349,7 +343,7 @@ mod tests {
         let message = format!("many.xml, included by more.xml: {problem}");
         assert_eq!(dir.error("more.xml"), message);
 
-        let large = File::create(dir.0.join("large.xml")).unwrap();
+        let large = File::create(dir.0.path().join("large.xml")).unwrap();
         large.set_len(MAX_FILE_LEN + 1).unwrap();
         let problem = "larger than 16 MiB (is this a MAVLink definition file?)";
         assert_eq!(dir.error("large.xml"), format!("large.xml: {problem}"));
@@ -357,10 +351,10 @@ mod tests {
 
     #[test]
     fn a_description_in_another_encoding_keeps_no_dialect_out() {
-        let dir = Dir::new("encoding");
+        let dir = Dir::new();
         let xml =
             b"<mavlink><!-- \xe9 --><messages><message id='9' name='M'/></messages></mavlink>";
-        fs::write(dir.0.join("latin.xml"), xml).unwrap();
+        dir.0.write("latin.xml", xml);
         assert_eq!(dir.load("latin.xml").unwrap().len(), 1);
     }
 }

@@ -156,6 +156,7 @@ const NAMES: [&str; 9] = [
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_dir::TestDir;
 
     #[test]
     fn flight_controllers_are_known_by_name_or_by_usb_id() {
@@ -190,14 +191,12 @@ mod tests {
 
     #[test]
     fn names_by_id_lead_to_the_device_they_mean_now() {
-        let folder = std::env::temp_dir().join(format!("mavswitch-by-id-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
-        let device = folder.join("ttyACM1");
-        fs::write(&device, "").unwrap();
+        let dir = TestDir::new();
+        let folder = dir.path();
+        let device = dir.write("ttyACM1", "");
         std::os::unix::fs::symlink(&device, folder.join("usb-ArduPilot")).unwrap();
-        let names = by_id_names(&folder);
+        let names = by_id_names(folder);
         let device = device.canonicalize().unwrap();
         assert!(names.contains(&(folder.join("usb-ArduPilot"), device)));
-        fs::remove_dir_all(&folder).unwrap();
     }
 }

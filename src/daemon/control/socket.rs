@@ -107,6 +107,7 @@ fn explained(error: &io::Error) -> io::Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_dir::TestDir;
     use mio::Poll;
 
     fn open(path: &Path) -> io::Result<ControlSocket> {
@@ -114,16 +115,10 @@ mod tests {
         ControlSocket::open(path, poll.registry(), Token(0))
     }
 
-    fn directory(name: &str) -> PathBuf {
-        let directory =
-            std::env::temp_dir().join(format!("mavswitch-{name}-{}", std::process::id()));
-        fs::create_dir_all(&directory).unwrap();
-        directory
-    }
-
     #[test]
     fn user_and_group_may_connect_and_the_file_goes_with_the_daemon() {
-        let path = directory("control-mode").join("control");
+        let dir = TestDir::new();
+        let path = dir.path().join("control");
         let socket = open(&path).unwrap();
         let mode = fs::symlink_metadata(&path).unwrap().permissions().mode();
         assert_eq!(mode & 0o777, MODE);
@@ -133,8 +128,12 @@ mod tests {
 
     #[test]
     fn what_the_dead_have_left_is_replaced_and_what_the_living_have_is_not() {
-        let path = directory("control-stale").join("control");
-        drop(std::os::unix::net::UnixListener::bind(&path).unwrap());
+        let dir = TestDir::new();
+        let path = dir.path().join("control");
+        // It never listened: a listener lives on in a process that is being forked just now.
+        let dead = Socket::new(Domain::UNIX, Type::STREAM, None).unwrap();
+        dead.bind(&SockAddr::unix(&path).unwrap()).unwrap();
+        drop(dead);
         let first = open(&path).unwrap();
         let refusal = open(&path).unwrap_err().to_string();
         assert!(refusal.contains("another mavswitch"), "{refusal}");
@@ -148,7 +147,8 @@ mod tests {
 
     #[test]
     fn one_that_was_replaced_leaves_its_successor_alone() {
-        let path = directory("control-successor").join("control");
+        let dir = TestDir::new();
+        let path = dir.path().join("control");
         let first = open(&path).unwrap();
         fs::remove_file(&path).unwrap();
         let _second = open(&path).unwrap();

@@ -39,14 +39,14 @@ fn a_time_over_a_day_ahead_of_a_clock_that_was_set_is_told_with_its_file() {
 
 #[test]
 fn what_is_written_is_read() {
-    let path = env::temp_dir().join(format!("mavswitch-signing-{}", std::process::id()));
+    let dir = TestDir::new();
+    let path = dir.path().join("signing-time");
     assert_eq!(read(&path), Ok(None));
     let kept = Kept { used: NOW, shown: NOW.minus(5) };
     assert!(keep(&path, kept));
     assert_eq!(read(&path), Ok(Some(kept)));
     fs::write(&path, "37 none").unwrap();
     assert!(read(&path).unwrap_err().contains("not what was written there"));
-    fs::remove_file(&path).unwrap();
     assert!(!keep(&path.join("no-directory"), kept));
 }
 
