@@ -100,6 +100,11 @@ pub enum Command {
     /// Have a running mavswitch start or stop to record telemetry
     #[command(subcommand)]
     Record(RecordCommand),
+    /// Have a running mavswitch read its configuration anew; if anything is wrong, fail and say what
+    ///
+    /// The same as SIGHUP or `systemctl reload mavswitch`. What is wrong changes nothing, and the
+    /// status is 2 then.
+    Reload(AskArgs),
     /// Have a running mavswitch log more or less
     LogLevel(LogLevelArgs),
     /// Print the effective configuration, of files and command line together, as a file

@@ -53,6 +53,7 @@ fn main() -> ExitCode {
         Some(Command::Listen(args)) => listen(args),
         Some(Command::Endpoint(command)) => answered(command.run()),
         Some(Command::Record(command)) => answered(command.run()),
+        Some(Command::Reload(ask)) => answered(ask.reload()),
         Some(Command::LogLevel(args)) => answered(args.run()),
         Some(Command::Top(ask)) => top(ask.control.as_deref()).map_err(Into::into),
         Some(Command::Config(_)) => print_config(&cli),
@@ -118,6 +119,7 @@ fn finish(outcome: Result<(), Box<dyn Error>>) -> ExitCode {
 fn status_of(error: &(dyn Error + 'static)) -> ExitCode {
     let is_usage = error.is::<ConfigError>()
         || error.is::<Unusable>()
+        || matches!(error.downcast_ref(), Some(AskError::Configuration(_)))
         || error.downcast_ref::<LogError>().is_some_and(LogError::is_usage)
         || error.downcast_ref::<StartError>().is_some_and(StartError::is_usage);
     if is_usage { ExitCode::from(USAGE) } else { ExitCode::FAILURE }

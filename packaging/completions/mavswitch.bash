@@ -52,6 +52,9 @@ _mavswitch() {
             mavswitch,record)
                 cmd="mavswitch__subcmd__record"
                 ;;
+            mavswitch,reload)
+                cmd="mavswitch__subcmd__reload"
+                ;;
             mavswitch,status)
                 cmd="mavswitch__subcmd__status"
                 ;;
@@ -132,6 +135,9 @@ _mavswitch() {
                 ;;
             mavswitch__subcmd__help,record)
                 cmd="mavswitch__subcmd__help__subcmd__record"
+                ;;
+            mavswitch__subcmd__help,reload)
+                cmd="mavswitch__subcmd__help__subcmd__reload"
                 ;;
             mavswitch__subcmd__help,status)
                 cmd="mavswitch__subcmd__help__subcmd__status"
@@ -230,7 +236,7 @@ _mavswitch() {
 
     case "${cmd}" in
         mavswitch)
-            opts="-c -v -q -h -V --config --learn --strict --route-age --sniffer --dialect --metrics --key --control --system --component --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help --version dialect ports completions check import log status why listen endpoint top record log-level config help"
+            opts="-c -v -q -h -V --config --learn --strict --route-age --sniffer --dialect --metrics --key --control --system --component --record --record-telemetry --record-when --record-max-size --record-max-time --record-min-free --record-max-files --flight-log --flight-log-system --verbose --quiet --log-format --help --version dialect ports completions check import log status why listen endpoint top record reload log-level config help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 1 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -722,7 +728,7 @@ _mavswitch() {
             return 0
             ;;
         mavswitch__subcmd__help)
-            opts="dialect ports completions check import log status why listen endpoint top record log-level config help"
+            opts="dialect ports completions check import log status why listen endpoint top record reload log-level config help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -1046,6 +1052,20 @@ _mavswitch() {
         mavswitch__subcmd__help__subcmd__record__subcmd__stop)
             opts=""
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 4 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
+        mavswitch__subcmd__help__subcmd__reload)
+            opts=""
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
             fi
@@ -1536,6 +1556,28 @@ _mavswitch() {
         mavswitch__subcmd__record__subcmd__stop)
             opts="-v -q -h --control --verbose --quiet --log-format --help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                --control)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --log-format)
+                    COMPREPLY=($(compgen -W "auto text json journal plain" -- "${cur}"))
+                    return 0
+                    ;;
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
+        mavswitch__subcmd__reload)
+            opts="-v -q -h --control --verbose --quiet --log-format --help"
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
             fi

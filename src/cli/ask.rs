@@ -110,6 +110,9 @@ pub struct LogLevelArgs {
     pub ask: AskArgs,
 }
 
+/// How long a reload may take: the configuration is on a disk, which may be slow.
+const RELOAD_PATIENCE: Duration = Duration::from_secs(60);
+
 /// The time over which rates are told.
 const RATES_OVER: Duration = Duration::from_secs(1);
 
@@ -132,6 +135,9 @@ pub enum AskError {
         /// What the system said.
         error: io::Error,
     },
+    /// The configuration that is to be taken over cannot be used.
+    #[error("{}\nthe configuration cannot be reloaded: everything stays as it was", .0.join("\n"))]
+    Configuration(Vec<String>),
     /// What is to be said cannot be written.
     #[error("cannot write to standard output: {0}")]
     Output(#[from] io::Error),
@@ -145,6 +151,19 @@ impl AskArgs {
     /// If there is none.
     pub fn connect(&self) -> Result<Client, ClientError> {
         Client::connect(self.control.as_deref())
+    }
+
+    /// Has the daemon read its configuration anew; says what that has changed.
+    ///
+    /// # Errors
+    ///
+    /// [`AskError::Configuration`] if it cannot be used; others if there is no daemon that answers.
+    pub fn reload(&self) -> Result<String, AskError> {
+        match self.connect()?.ask_within(RELOAD_PATIENCE, Request::Reload)? {
+            Answer::Done(text) => Ok(format!("{text}\n")),
+            Answer::Wrong(problems) => Err(AskError::Configuration(problems)),
+            _ => Err(ClientError::Unexpected.into()),
+        }
     }
 
     /// Has something done; says what was done.

@@ -106,8 +106,21 @@ impl Client {
     ///
     /// [`ClientError::Refused`] for [`Answer::Error`]; others if there is no answer.
     pub fn ask(&mut self, request: Request) -> Result<Answer, ClientError> {
+        self.ask_within(PATIENCE, request)
+    }
+
+    /// Asks for what takes the daemon more time than that between two turns of its loop.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::ask`].
+    pub fn ask_within(
+        &mut self,
+        patience: Duration,
+        request: Request,
+    ) -> Result<Answer, ClientError> {
         let id = self.send(request)?;
-        let end = Instant::now() + PATIENCE;
+        let end = Instant::now() + patience;
         loop {
             match self.receive(end.saturating_duration_since(Instant::now()))? {
                 Some(AnswerLine { id: of, answer, .. }) if of == id || of == TO_ALL => {

@@ -88,6 +88,9 @@ pub enum Request {
         /// Whether it is to be recorded.
         enabled: bool,
     },
+    /// Read the configuration anew, as SIGHUP has it done; answered once that has had its effect, by
+    /// [`Answer::Done`] or [`Answer::Wrong`].
+    Reload,
     /// Log at another level from now on.
     LogLevel {
         /// `error`, `warn`, `info`, `debug` or `trace`.
@@ -107,6 +110,8 @@ pub enum Answer {
     Frames(Frames),
     /// It has been done; in words.
     Done(String),
+    /// The configuration cannot be used, and everything is as it was: all that is wrong with it.
+    Wrong(Vec<String>),
     /// It has not: what, why, and what to do about it.
     Error(String),
 }
@@ -268,6 +273,7 @@ mod tests {
             r#"{"id":18446744073709551615,"request":"follow","interval_ms":100}"#,
             r#"{"request":"endpoint_add","endpoint":"udpout:x?name=\u00e4\""}"#,
             r#"{"request":"log_level","level":"debug"}"#,
+            r#"{"request":"reload"}"#,
         ];
         for line in lines {
             for cut in 0..line.len() {

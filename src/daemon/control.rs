@@ -8,6 +8,7 @@ mod client;
 mod endpoints;
 mod listen;
 mod record;
+mod reload;
 mod socket;
 mod why;
 
@@ -205,8 +206,9 @@ impl Daemon {
     fn handle_request(&mut self, slot: usize, line: &[u8]) {
         match RequestLine::parse(line) {
             Ok(RequestLine { id, request, .. }) => {
-                let answer = self.answer(slot, id, request);
-                self.send_answer(slot, id, answer);
+                if let Some(answer) = self.answer(slot, id, request) {
+                    self.send_answer(slot, id, answer);
+                }
             }
             Err(answer) => {
                 if let Some(client) = &mut self.control.clients[slot] {
@@ -216,9 +218,14 @@ impl Daemon {
         }
     }
 
-    /// Does what is asked for. Each kind of request has its own place where it is done.
-    fn answer(&mut self, slot: usize, id: u64, request: Request) -> Answer {
-        match request {
+    /// Does what is asked for. Each kind of request has its own place where it is done. `None`: the
+    /// answer comes later.
+    fn answer(&mut self, slot: usize, id: u64, request: Request) -> Option<Answer> {
+        Some(match request {
+            Request::Reload => {
+                self.begin_reload(slot, id);
+                return None;
+            }
             Request::Status => Answer::Status(Box::new(self.snapshot())),
             Request::Follow { interval_ms } => self.begin_follow(slot, id, interval_ms),
             Request::EndpointAdd { endpoint } => self.request_add(&endpoint),
@@ -233,7 +240,7 @@ impl Daemon {
             Request::Listen { filter } => self.begin_listen(slot, id, &filter),
             Request::Record { enabled } => self.request_record(enabled),
             Request::LogLevel { level } => self.request_log_level(&level),
-        }
+        })
     }
 
     /// The first picture at once, the others later.

@@ -20,6 +20,7 @@ use super::event_loop::{Daemon, DaemonConfig};
 use super::plan::{Plan, plan};
 use super::settings::{Settings, settle};
 use crate::config::{GENERAL, General, LogLevel};
+use crate::control::Answer;
 use crate::mavlink::{Dialect, Key};
 
 /// The program around the daemon.
@@ -126,7 +127,7 @@ fn read(host: &dyn Host) -> Outcome {
 }
 
 impl Daemon {
-    /// SIGHUP has come.
+    /// SIGHUP has come, or somebody asks for the same.
     pub(super) fn ask_reload(&mut self) {
         self.tell_reloading();
         match self.reloader.ask() {
@@ -146,25 +147,33 @@ impl Daemon {
 
     /// Takes over the configuration that was read, if it is right; says whether one was read.
     pub(super) fn take_over(&mut self) -> bool {
-        match self.reloader.answer.take() {
-            None => return false,
-            Some(Ok(fresh)) => self.apply(fresh),
-            Some(Err(problems)) => say_failed(&problems),
-        }
+        let Some(outcome) = self.reloader.answer.take() else { return false };
+        let answer = match outcome {
+            Ok(fresh) => Answer::Done(self.apply(fresh)),
+            Err(problems) => {
+                say_failed(&problems);
+                Answer::Wrong(problems)
+            }
+        };
+        // In this order: who was told by the one finds the other told, too.
         self.tell_ready();
+        self.answer_reload(&answer);
         true
     }
 
-    fn apply(&mut self, fresh: Fresh) {
+    /// Has this configuration from now on; says what that has changed.
+    fn apply(&mut self, fresh: Fresh) -> String {
         self.now = self.clock();
         self.change_general(fresh.general);
         // Before the endpoints: they name messages that it may have.
         self.checker.set_dialect(fresh.dialect);
         let Counts { added, removed, replaced, changed, same } = self.change_all(fresh.endpoints);
-        info!(
+        let text = format!(
             "configuration reloaded; endpoints: {added} added, {removed} removed, {replaced} opened \
              again, {changed} changed, {same} as before",
         );
+        info!("{text}");
+        text
     }
 
     /// Has these endpoints and no others from now on.

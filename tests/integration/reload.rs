@@ -1,4 +1,4 @@
-//! SIGHUP: what is right takes effect and cuts off nobody who stays; what is wrong changes nothing.
+//! SIGHUP, and the request for the same: what is right takes effect and cuts off nobody who stays; what is wrong changes nothing.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use mavswitch::control::{Answer, Client, Request};
 use rustix::process::Signal;
 
 use crate::harness::*;
@@ -97,6 +98,55 @@ fn a_wrong_file_is_told_line_by_line_and_changes_nothing() {
     let lines = scene.change(&tcp_and_udp());
     assert_told(&lines, &["endpoints: 0 added, 0 removed, 0 opened again, 0 changed, 2 as before"]);
     router.assert_serves(&mut gcs, &mut vehicle);
+}
+
+#[test]
+fn who_asks_for_a_reload_is_told_what_came_of_it() {
+    let scene = Scene::start(&tcp_and_udp(), &[]);
+    let control = scene.router.control();
+    let ask = || run(&["reload", "--control", path(&control)]);
+    let told = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    fs::write(&scene.file, format!("strict = true\n{}", tcp_and_udp())).unwrap();
+    let output = ask();
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let text = told(output.stdout);
+    assert!(text.starts_with("configuration reloaded; ") && text.contains("2 as before"), "{text}");
+    // What keeps it from being used is what a check tells.
+    let wrong = tcp_and_udp() + &endpoint("fc", "udpin:127.0.0.1:0", "rate = { HEARTBEET = 4 }");
+    fs::write(&scene.file, wrong).unwrap();
+    let output = ask();
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    let text = told(output.stderr);
+    assert!(text.ends_with("cannot be reloaded: everything stays as it was"), "{text}");
+    let check = run(&["check", path(&scene.file)]);
+    assert_eq!(check.status.code(), Some(2));
+    let line = text.lines().next().unwrap();
+    assert!(line.contains("did you mean HEARTBEAT?"), "{text}");
+    assert!(told(check.stderr).lines().any(|it| it == line), "{text}");
+    assert!(!scene.router.log.has(&["fc: listening on "]));
+    let nobody = run(&["reload", "--control", "/nowhere/control"]);
+    assert_eq!(nobody.status.code(), Some(1));
+}
+
+#[test]
+fn many_who_ask_for_a_reload_at_once_are_all_answered_and_then_what_they_ask_next() {
+    let scene = Scene::start(&tcp_and_udp(), &[]);
+    let connect = || Client::connect(Some(&scene.router.control())).unwrap();
+    let mut clients: Vec<_> = (0..6).map(|_| connect()).collect();
+    for client in &mut clients {
+        client.send(Request::Reload).unwrap();
+        client.send(Request::Status).unwrap();
+    }
+    // One that does not wait for it harms nobody.
+    let mut gone = connect();
+    gone.send(Request::Reload).unwrap();
+    drop(gone);
+    for client in &mut clients {
+        let mut next = || client.receive(PATIENCE).unwrap().expect("an answer").answer;
+        assert!(matches!(next(), Answer::Done(text) if text.contains("2 as before")));
+        assert!(matches!(next(), Answer::Status(_)));
+    }
+    scene.change(&tcp_and_udp());
 }
 
 #[test]

@@ -142,6 +142,7 @@ class Service:
     """The running program, and the manager's end of its notification socket."""
 
     def __init__(self, machine, command, more):
+        self.root = machine.root
         path = machine.path("/run/notify")
         path.unlink(missing_ok=True)
         self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
@@ -175,8 +176,9 @@ class Service:
 
     def reload(self, command):
         """Has it read its configuration anew, with the unit's command."""
-        command = command.replace("$MAINPID", str(self.process.pid))
-        subprocess.run(shlex.split(command), check=True, timeout=PATIENCE)
+        command = ["chroot", str(self.root), *shlex.split(command)]
+        environment = {**PATH, "MAINPID": str(self.process.pid)}
+        subprocess.run(command, env=environment, check=True, timeout=PATIENCE)
 
     def stop(self):
         """Asks it to end, and returns its exit status and its log."""

@@ -86,6 +86,19 @@ def test_a_reload_is_told_and_keeps_the_process(computer):
     wait_for("the end of the reload", lambda: show(computer, "ActiveState") == "active")
 
 
+def test_a_wrong_file_makes_a_reload_fail_and_changes_nothing(computer):
+    process = show(computer, "MainPID")
+    edit(computer, "s/^endpoint.gcs.address/endpoint.gcs.addres/")
+    assert computer.run("systemctl", "reload", "mavswitch").returncode != 0
+    assert show(computer, "ActiveState") == "active"
+    wait_for("the reason", lambda: any(it[0] == 3 and "`addres`" in it[1] for it in log(computer)))
+    asked = computer.run("mavswitch", "reload")
+    assert asked.returncode == 2 and "`addres`" in asked.stderr, asked.stderr
+    edit(computer, "s/^endpoint.gcs.addres /endpoint.gcs.address /")
+    computer.do("systemctl", "reload", "mavswitch")
+    assert show(computer, "MainPID") == process
+
+
 def test_one_that_stands_still_is_started_again(computer):
     process = show(computer, "MainPID")
     computer.do("sh", "-c", f"kill -STOP {process}")

@@ -12,4 +12,5 @@ mod harness;
 mod journal;
 mod manager;
 mod notify;
+mod reload;
 mod unit;

@@ -16,7 +16,7 @@ fn path() -> PathBuf {
 }
 
 /// The values of a setting, in their order.
-fn values(name: &str) -> Vec<String> {
+pub(crate) fn values(name: &str) -> Vec<String> {
     let unit = fs::read_to_string(path()).unwrap();
     let settings = unit.lines().filter_map(|line| line.split_once('='));
     settings.filter(|(key, _)| *key == name).map(|(_, value)| value.to_owned()).collect()
@@ -123,10 +123,4 @@ fn it_waits_for_nothing_but_the_messages_of_the_program() {
     assert!(!values("Wants").concat().contains("network-online"));
     assert_eq!(values("WatchdogSec"), ["10"]);
     assert_eq!(values("Restart"), ["on-failure"]);
-}
-
-#[test]
-fn a_reload_is_the_signal_that_the_program_takes_for_one() {
-    let [command] = &values("ExecReload")[..] else { panic!("one command") };
-    assert!(command.contains("kill -HUP $MAINPID"), "{command}");
 }

@@ -44,6 +44,8 @@ pub(super) enum Mode {
     Following { id: u64, interval: Duration, next: Time },
     /// It gets frames.
     Listening,
+    /// It gets what came of a reload, and nothing before that.
+    Reloading { id: u64 },
     /// It gets what it is still to get, and no more.
     Closing,
 }
@@ -150,8 +152,11 @@ impl ControlClient {
         if !self.output.is_empty() {
             return Input::Nothing;
         }
-        if self.mode == Mode::Closing {
-            return Input::End;
+        match self.mode {
+            Mode::Closing => return Input::End,
+            Mode::Reloading { .. } if self.has_gone => return Input::End,
+            Mode::Reloading { .. } => return Input::Nothing,
+            _ => {}
         }
         loop {
             if let Some(end) = self.input.iter().position(|byte| *byte == b'\n') {
@@ -205,8 +210,8 @@ impl ControlClient {
     pub(super) fn deadline(&self, idle: Duration) -> Option<Time> {
         match self.mode {
             Mode::Following { next, .. } if self.output.is_empty() => Some(next),
-            // Nothing may pass for hours.
-            Mode::Listening if self.output.is_empty() => None,
+            // Nothing may pass for hours, and a disk may stand still.
+            Mode::Listening | Mode::Reloading { .. } if self.output.is_empty() => None,
             _ => Some(self.last_progress + idle),
         }
     }
