@@ -61,7 +61,8 @@ fn one_port_may_be_named_for_ipv4_and_ipv6_apart() {
     if !has_ipv6() {
         return;
     }
-    let port = UdpSocket::bind("0.0.0.0:0").unwrap().local_addr().unwrap().port();
+    let reserved = FreePort::new();
+    let port = reserved.number();
     for all_first in [true, false] {
         let mut both = [format!("udpin:[::]:{port}?name=six"), format!("udpin:{port}?name=four")];
         if !all_first {
@@ -142,12 +143,11 @@ fn udpout_hears_nobody_else_and_says_so() {
 
 #[test]
 fn udpout_goes_on_when_nobody_is_there_and_is_heard_when_somebody_comes() {
-    let gcs = Peer::awaiting(GCS);
-    let address = gcs.wire.address();
+    let reserved = FreePort::new();
+    let address = reserved.here().parse().unwrap();
     let router = Router::start(&[&format!("udpout:{address}?name=out"), TCP]);
     let mut vehicle = router.tcp("tcp", VEHICLE);
     let mut witness = router.tcp("tcp", WITNESS);
-    drop(gcs);
     for n in 0..50 {
         vehicle.send(attitude(VEHICLE, n));
         witness.expect(attitude(VEHICLE, n));

@@ -106,12 +106,16 @@ fn a_name_is_given_once() {
 
 #[test]
 fn who_has_the_port_is_told() {
-    let endpoints = ["tcpin:127.78.0.1:5760?name=one", "tcpin:127.78.0.1:5760?name=two"];
-    let output = run(&endpoints);
+    let port = FreePort::new();
+    let [one, two] = ["one", "two"].map(|name| format!("tcpin:{}?name={name}", port.here()));
+    let output = run(&[&one, &two]);
     assert_eq!(output.status.code(), Some(1));
     let text = String::from_utf8(output.stderr).unwrap();
-    let told = "mavswitch: two: cannot listen on 127.78.0.1:5760: Address already in use \
-                (os error 98) (endpoint one has this port already: choose another one)";
+    let told = format!(
+        "mavswitch: two: cannot listen on {}: Address already in use (os error 98) (endpoint one has \
+         this port already: choose another one)",
+        port.here()
+    );
     assert!(text.lines().any(|line| line == told), "{text}");
 }
 

@@ -1,6 +1,5 @@
 //! Idle costs nothing: with links of every kind up and nobody speaking, the router sleeps.
 
-use std::net::UdpSocket;
 use std::thread;
 use std::time::Duration;
 
@@ -18,14 +17,16 @@ fn a_router_with_links_of_every_kind_and_no_traffic_sleeps() {
     let mut server = TcpServer::down();
     server.up();
     let station = Peer::<UdpWire>::awaiting(GCS_2);
+    // For what nobody is to hear.
+    let (nobody, alone) = (FreePort::new(), FreePort::new());
     let router = Router::start(&[
         &format!("serial:{}:57600?name=serial", pty.device()),
         "tcpin:127.0.0.1:0?name=tcp&dev=lo",
         &format!("tcpout:{}?name=call", server.address()),
         "udpin:127.0.0.1:0?name=udp&dev=lo",
         &format!("udpout:{}?name=send&dev=lo", station.wire.address()),
-        &format!("udpbcast:127.255.255.255:{}?name=all&bind=127.0.0.1", free_port()),
-        &format!("mcast:239.255.145.50:{}?name=group&dev=lo&ttl=0", free_port()),
+        &format!("udpbcast:127.255.255.255:{}?name=all&bind=127.0.0.1", nobody.number()),
+        &format!("mcast:239.255.145.50:{}?name=group&dev=lo&ttl=0", alone.number()),
         "udpin:127.0.0.1:0?name=one&group=way",
         "udpin:127.0.0.1:0?name=two&group=way&path=best&dedup=100",
     ]);
@@ -47,10 +48,4 @@ fn a_router_with_links_of_every_kind_and_no_traffic_sleeps() {
     println!("{wakeups} wake-ups and {used:?} of processor time in {WATCHED:?} without traffic");
     assert!(wakeups <= WATCHED.as_secs(), "{wakeups} wake-ups in {WATCHED:?}");
     router.assert_serves(&mut gcs, &mut vehicle);
-}
-
-/// A port at which nobody is, for what nobody is to hear.
-fn free_port() -> u16 {
-    let socket = UdpSocket::bind("0.0.0.0:0").expect("a free port");
-    socket.local_addr().expect("its address").port()
 }

@@ -141,9 +141,9 @@ fn the_command_line_of_mavlink_router_joins_a_server_and_those_it_sends_to() {
     let mut sim = TcpServer::down();
     sim.up();
     let (to, call) = (station.local_addr().unwrap().to_string(), sim.address().to_string());
-    // An address of this test's own, so that the port is free.
-    let server = "127.77.0.1:14550";
-    let router = routerd.start(&["-t", "0", "-e", &to, "-p", &call, server, "-v"]);
+    let port = FreePort::new();
+    let server = port.here();
+    let router = routerd.start(&["-t", "0", "-e", &to, "-p", &call, &server, "-v"]);
     let mut vehicle = router.udp(&format!("udpin:{server}"), VEHICLE);
     let mut simulator = sim.accept(OTHER);
     simulator.meet(&mut vehicle);
@@ -163,28 +163,32 @@ fn the_command_line_of_mavlink_router_joins_a_server_and_those_it_sends_to() {
 #[test]
 fn files_are_found_by_the_environment() {
     let routerd = Routerd::new();
-    let server = "[UdpEndpoint gcs]\nMode = Server\nAddress = 127.77.0.2\nPort = 14550\n";
+    let port = FreePort::new();
+    let server = "[UdpEndpoint gcs]\nMode = Server\nAddress = 127.0.0.1\nPort = 14550\n";
     routerd.dir.write("absent.conf", &format!("[General]\nTcpServerPort = 0\n{server}"));
     fs::create_dir(routerd.dir.path("absent.d")).unwrap();
-    routerd.dir.write("absent.d/10.conf", "[UdpEndpoint gcs]\nPort = 14551");
+    let other = format!("[UdpEndpoint gcs]\nPort = {}", port.number());
+    routerd.dir.write("absent.d/10.conf", &other);
     let router = routerd.start(&[]);
-    assert_eq!(router.address("gcs").to_string(), "127.77.0.2:14551");
+    assert_eq!(router.address("gcs").to_string(), port.here());
 }
 
 #[test]
 fn files_are_read_again_on_sighup_and_wrong_ones_change_nothing() {
     let routerd = Routerd::new();
-    let endpoint = |name: &str, port: u16, mode: &str| {
-        format!("[UdpEndpoint {name}]\nMode = {mode}\nAddress = 127.77.0.6\nPort = {port}\n")
+    let (a, b) = (FreePort::new(), FreePort::new());
+    let endpoint = |name: &str, port: &FreePort, mode: &str| {
+        let port = port.number();
+        format!("[UdpEndpoint {name}]\nMode = {mode}\nAddress = 127.0.0.1\nPort = {port}\n")
     };
-    let first = format!("[General]\nTcpServerPort = 0\n{}", endpoint("a", 14550, "Server"));
+    let first = format!("[General]\nTcpServerPort = 0\n{}", endpoint("a", &a, "Server"));
     let file = routerd.dir.write("main.conf", &first);
     let router = routerd.start(&["-c", text(&file)]);
     let mut vehicle = router.udp("a", VEHICLE);
-    fs::write(&file, first.clone() + &endpoint("b", 14551, "Srver")).unwrap();
+    fs::write(&file, first.clone() + &endpoint("b", &b, "Srver")).unwrap();
     router.signal(rustix::process::Signal::HUP);
     router.log.wait_for(&["main.conf:8:8: bad value `Srver` for `Mode`"]);
-    fs::write(&file, first + &endpoint("b", 14551, "Server")).unwrap();
+    fs::write(&file, first + &endpoint("b", &b, "Server")).unwrap();
     router.signal(rustix::process::Signal::HUP);
     let mut gcs = router.udp("b", GCS);
     router.assert_serves(&mut gcs, &mut vehicle);
@@ -194,7 +198,8 @@ fn files_are_read_again_on_sighup_and_wrong_ones_change_nothing() {
 fn what_is_not_there_yet_is_told_once() {
     let routerd = Routerd::new();
     let flags = ["-t0", "-r", "-y", "-c", "/nonexistent/main.conf"];
-    let router = routerd.start(&[&flags[..], &["127.77.0.3:14550"]].concat());
+    let port = FreePort::new();
+    let router = routerd.start(&[&flags[..], &[&port.here()]].concat());
     let log = router.log.text();
     for told in ["-r: no statistics", "-y: the log", "main.conf"] {
         assert_eq!(log.matches(told).count(), 1, "{told} in\n{log}");
@@ -240,14 +245,15 @@ fn a_directory_is_imported_as_mavlink_router_reads_it() {
 #[test]
 fn a_tcp_port_that_is_taken_stops_only_who_asked_for_it() {
     let routerd = Routerd::new();
+    let (usual, port) = (FreePort::of(5760), FreePort::new());
     // If another program has it already, so much the better.
-    let _taken = TcpListener::bind("0.0.0.0:5760");
-    let router = routerd.start(&["127.77.0.4:14550"]);
+    let _taken = TcpListener::bind(("0.0.0.0", usual.number()));
+    let router = routerd.start(&[&port.here()]);
     router.log.wait_for(&["another program listens on TCP port 5760", "-t 0"]);
     assert!(!router.log.text().contains("tcp-server"));
     let other = TcpListener::bind("127.0.0.1:0").unwrap();
-    let port = other.local_addr().unwrap().port().to_string();
-    let output = routerd.run(&["127.77.0.5:14550", "-t", &port]);
+    let taken = other.local_addr().unwrap().port().to_string();
+    let output = routerd.run(&[&port.here(), "-t", &taken]);
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("another program is there"), "{}", stderr(&output));
 }

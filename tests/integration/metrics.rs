@@ -173,7 +173,8 @@ fn a_reload_moves_the_port() {
 
 #[test]
 fn a_port_that_is_taken_stops_nothing() {
-    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = FreePort::new();
+    let taken = std::net::TcpListener::bind(port.here()).unwrap();
     let to = taken.local_addr().unwrap();
     let router = Router::start(&[&format!("--metrics={to}"), "udpin:127.0.0.1:0"]);
     router.log.wait_for(&["WARN", "no metrics: cannot listen on"]);

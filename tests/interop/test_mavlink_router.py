@@ -5,6 +5,8 @@ the router has not heard yet; the router calls the two responders. The scenario,
 and answers everybody has to count, are those of mavlink-router's own routing test.
 """
 
+import contextlib
+import os
 import socket
 
 import pytest
@@ -41,11 +43,16 @@ class Responder(Peer):
         return self.heard_of("PING")
 
 
+@pytest.fixture
 def free_port():
-    """A UDP port that nobody has at the moment."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
+    """A port for this test alone: below those that the system gives to who asks for any, and with a
+    mark on it by which all our tests know that it is taken."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as mark:
+        for port in range(20_000 + os.getpid() * 61 % 5_000, 30_000):
+            with contextlib.suppress(OSError):
+                mark.bind(f"\0mavswitch-test-port-{port}")
+                break
+        yield port
 
 
 @pytest.fixture
@@ -58,14 +65,15 @@ def routerd(mavswitch, tmp_path):
     stage.close()
 
 
-def test_two_pingers_at_one_port_are_answered_by_two_responders(routerd):
+def test_two_pingers_at_one_port_are_answered_by_two_responders(routerd, free_port):
     to_all, to_one = Pinger(1, 1), Pinger(2, 1)
     first, second = Responder(100, 1), Responder(101, 1)
     for responder in (first, second):
         responder.listen("udpout")
-    port = free_port()
+    port = free_port
     called = [word for it in (first, second) for word in ("-e", f"127.0.0.1:{it.port}")]
-    routerd.start_router(*called, f"127.0.0.1:{port}", "-c", "/nonexistent")
+    # Its TCP server at the usual port is no part of this, and others may have it.
+    routerd.start_router(*called, f"127.0.0.1:{port}", "-t", "0", "-c", "/nonexistent")
     for pinger in (to_all, to_one):
         pinger.connect("udpin", port)
     routerd.peers += [to_all, to_one, first, second]

@@ -7,6 +7,7 @@
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::os::fd::{AsFd, AsRawFd};
+use std::path::Path;
 use std::process::{self, Command};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
@@ -26,9 +27,7 @@ pub(crate) struct Traffic {
 impl Namespace {
     /// A new one; `None`, and a line that says why, if there can be none here.
     pub(crate) fn new() -> Option<Self> {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
-        let number = COUNT.fetch_add(1, Ordering::Relaxed);
-        let name = format!("mavswitch-{}-{number}", process::id());
+        let name = free_name();
         let made = if rustix::process::geteuid().is_root() {
             succeed(Command::new("ip").args(["netns", "add", &name]))
         } else {
@@ -88,6 +87,19 @@ impl Namespace {
         let number = |at| numbers.split_whitespace().nth(at)?.parse().ok();
         let packets = |at| number(at).expect("a number of packets");
         Traffic { received: packets(1), sent: packets(9) }
+    }
+}
+
+/// A name that no namespace has. One that was killed may have left its own behind, and numbers of
+/// processes come again.
+fn free_name() -> String {
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    loop {
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let name = format!("mavswitch-{}-{number}", process::id());
+        if !Path::new("/run/netns").join(&name).exists() {
+            return name;
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! A stand-in for the service manager: the socket that it listens to, and what it hears there.
 
+use std::io::ErrorKind;
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::process::{self, Command};
@@ -20,11 +21,17 @@ impl Manager {
     /// One with an abstract address.
     pub(crate) fn new() -> Self {
         static COUNT: AtomicU32 = AtomicU32::new(0);
-        let number = COUNT.fetch_add(1, Ordering::Relaxed);
-        let name = format!("mavswitch-service-{}-{number}", process::id());
-        let address = SocketAddr::from_abstract_name(&name).unwrap();
-        let socket = UnixDatagram::bind_addr(&address).unwrap();
-        Self::on(socket, format!("@{name}"), None)
+        loop {
+            let number = COUNT.fetch_add(1, Ordering::Relaxed);
+            let name = format!("mavswitch-service-{}-{number}", process::id());
+            let address = SocketAddr::from_abstract_name(&name).unwrap();
+            match UnixDatagram::bind_addr(&address) {
+                Ok(socket) => return Self::on(socket, format!("@{name}"), None),
+                // One with our number, in a container that has numbers of its own.
+                Err(error) if error.kind() == ErrorKind::AddrInUse => {}
+                Err(error) => panic!("no ear for the program: {error}"),
+            }
+        }
     }
 
     /// One with a file for an address.

@@ -41,6 +41,8 @@ fn main() {
 fn directory(name: &str) -> PathBuf {
     let name = format!("record-{name}-{}", process::id());
     let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    // One that was killed leaves its directory behind, and numbers of processes come again.
+    let _ = fs::remove_dir_all(&dir);
     fs::create_dir_all(&dir).unwrap();
     dir
 }

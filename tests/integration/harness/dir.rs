@@ -1,6 +1,7 @@
 //! A directory of its own for each test, gone when the test is over.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -12,11 +13,18 @@ impl TempDir {
     /// A new one, with a name that no other test has.
     pub(crate) fn new() -> Self {
         static COUNT: AtomicU32 = AtomicU32::new(0);
-        let number = COUNT.fetch_add(1, Ordering::Relaxed);
-        let path =
-            Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}-{number}", process::id()));
-        fs::create_dir_all(&path).expect("a directory for the test");
-        Self(path)
+        let all = Path::new(env!("CARGO_TARGET_TMPDIR"));
+        fs::create_dir_all(all).expect("a directory for all tests");
+        loop {
+            let number = COUNT.fetch_add(1, Ordering::Relaxed);
+            let path = all.join(format!("{}-{number}", process::id()));
+            match fs::create_dir(&path) {
+                Ok(()) => return Self(path),
+                // Left behind by one that was killed: numbers of processes come again.
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+                Err(error) => panic!("no directory for the test: {error}"),
+            }
+        }
     }
 
     /// The path of `name` in it.

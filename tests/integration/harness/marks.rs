@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use mavswitch::mavlink::Component;
 
+use super::again::part;
 use super::frames::{Draft, HEARTBEAT};
 
 /// A vehicle type that nobody has.
@@ -18,8 +19,12 @@ const TYPE_AT: usize = 10 + 4;
 /// A new mark from `source`, and its number.
 pub(crate) fn mark(source: Component) -> (u32, Vec<u8>) {
     static COUNT: AtomicU32 = AtomicU32::new(1);
+    let count = COUNT.fetch_add(1, Ordering::Relaxed);
     // Some peers are processes of their own: what they count is not what others count.
-    let number = COUNT.fetch_add(1, Ordering::Relaxed).wrapping_add(process::id() << 16);
+    let number = match part() {
+        Some(_) => 1 << 31 | (process::id() & 0x7fff) << 16 | count & 0xffff,
+        None => count & !(1 << 31),
+    };
     let [a, b, c, d] = number.to_le_bytes();
     let payload = [a, b, c, d, MARK_TYPE, 8, 0, 4, 3];
     let seq = a;

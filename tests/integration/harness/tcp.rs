@@ -115,7 +115,10 @@ impl TcpServer {
 
     /// Stops listening.
     pub(crate) fn go_down(&mut self) {
-        self.listener = None;
+        if let Some(listener) = self.listener.take() {
+            // While another test starts a program, that child holds a copy, which would listen on.
+            SockRef::from(&listener).shutdown(Shutdown::Both).expect("a listener");
+        }
     }
 
     /// Waits for the router to call; the peer it then has is `me`.
