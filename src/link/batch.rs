@@ -1,8 +1,10 @@
 //! The loop's buffers: datagrams come in and go out by the batch.
 
-use std::io::{self, ErrorKind::ConnectionRefused};
+use std::io::{self, ErrorKind::ConnectionRefused, ErrorKind::WouldBlock};
 use std::net::SocketAddr;
 use std::os::fd::AsFd;
+
+use mio::net::UdpSocket;
 
 use super::sys::{self, Received};
 use crate::mavlink::Splitter;
@@ -10,7 +12,7 @@ use crate::mavlink::Splitter;
 /// How many datagrams one system call moves at most.
 pub const BATCH: usize = sys::BATCH;
 
-/// How many are asked for where few came the last time: to ask for more costs time.
+/// How many are asked for at once where fewer came the last time: to ask for more costs time.
 const FEW: usize = 4;
 
 /// The longest UDP payload over IPv4.
@@ -25,8 +27,8 @@ const SLOT: usize = Splitter::CARRY + MAX_DATAGRAM;
 pub struct Inbox {
     slots: Vec<u8>,
     received: [Received; BATCH],
-    /// Whether many came the last time.
-    is_busy: bool,
+    /// How many came the last time.
+    came: usize,
 }
 
 /// How many datagrams came.
@@ -42,7 +44,7 @@ impl Inbox {
     /// An empty one.
     pub fn new() -> Self {
         let received = [Received { len: 0, source: None }; BATCH];
-        Self { slots: vec![0; SLOT * BATCH], received, is_busy: false }
+        Self { slots: vec![0; SLOT * BATCH], received, came: 0 }
     }
 
     /// Receives up to [`BATCH`] datagrams, one into each slot.
@@ -50,16 +52,37 @@ impl Inbox {
     /// # Errors
     ///
     /// As `recvmmsg(2)`; `WouldBlock` if there is none.
-    pub fn receive(&mut self, socket: impl AsFd) -> io::Result<Arrived> {
-        let result = match self.is_busy {
-            true => self.receive_some::<BATCH>(socket),
-            false => self.receive_some::<FEW>(socket),
+    pub fn receive(&mut self, socket: &UdpSocket) -> io::Result<Arrived> {
+        let result = match self.came {
+            0..2 => self.receive_singly(socket),
+            2..FEW => self.receive_some::<FEW>(socket),
+            _ => self.receive_some::<BATCH>(socket),
         };
-        self.is_busy = result.as_ref().is_ok_and(|arrived| arrived.count >= FEW);
+        self.came = result.as_ref().map_or(0, |arrived| arrived.count);
         result
     }
 
-    fn receive_some<const N: usize>(&mut self, socket: impl AsFd) -> io::Result<Arrived> {
+    /// For one datagram, and to hear that there is no other, two calls are less work for the system
+    /// than one for several.
+    fn receive_singly(&mut self, socket: &UdpSocket) -> io::Result<Arrived> {
+        let mut count = 0;
+        while count < FEW {
+            match socket.recv_from(&mut self.slot(count)[Splitter::CARRY..]) {
+                Ok((len, source)) => {
+                    self.received[count] = Received { len, source: Some(source) };
+                    count += 1;
+                }
+                // Those before it are here. What does not pass by itself is told by the next call.
+                Err(error) if count > 0 => {
+                    return Ok(Arrived { count, drained: error.kind() == WouldBlock });
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(Arrived { count, drained: false })
+    }
+
+    fn receive_some<const N: usize>(&mut self, socket: &UdpSocket) -> io::Result<Arrived> {
         let mut slots = self.slots.chunks_exact_mut(SLOT);
         let mut buffers: [&mut [u8]; N] = std::array::from_fn(|_| match slots.next() {
             Some(slot) => &mut slot[Splitter::CARRY..],
