@@ -1,12 +1,24 @@
 //! What the loop does when a timer fires, and which timers a turn makes necessary.
 
-use super::event_loop::Daemon;
+use std::time::Duration;
+
+use super::event_loop::{Daemon, clock};
 use super::links::Output;
 use super::timers::Timer;
 use crate::link::Stream;
 use crate::routing::{LinkId, Time};
 
 impl Daemon {
+    /// How long the loop may wait.
+    pub(super) fn timeout(&mut self) -> Option<Duration> {
+        if !self.ready.is_empty() {
+            return Some(Duration::ZERO);
+        }
+        let deadline = self.timers.next_deadline()?;
+        // A timer must not be found short of its deadline again and again: poll rounds up.
+        self.alarm.wait_for(deadline, || clock(self.start))
+    }
+
     /// Does what is due.
     pub(super) fn handle_timers(&mut self) {
         while let Some(timer) = self.timers.pop_due(self.now) {

@@ -9,6 +9,7 @@ use mio::event::Event;
 use mio::{Events, Poll, Registry, Waker};
 use tracing::info;
 
+use super::alarm::Alarm;
 use super::control::Control;
 use super::endpoint::State;
 use super::endpoint_table::EndpointId;
@@ -55,7 +56,7 @@ pub(super) struct Daemon {
     /// What is configured now, and what was at the start: some of it cannot change.
     pub(super) general: General,
     pub(super) started_with: General,
-    start: Instant,
+    pub(super) start: Instant,
     /// The time of this turn: the clock is read once a turn.
     pub(super) now: Time,
     pub(super) router: Router,
@@ -63,6 +64,7 @@ pub(super) struct Daemon {
     pub(super) inbox: Inbox,
     pub(super) io: Io,
     pub(super) timers: Timers,
+    pub(super) alarm: Alarm,
     /// When [`super::timers::Timer::Router`] was last set for.
     pub(super) router_deadline: Option<Time>,
     /// Sources that may have more to read than a turn allows.
@@ -160,6 +162,8 @@ impl Daemon {
         let waker = Arc::new(
             Waker::new(poll.registry(), Meaning::Wake.token()).map_err(StartError::System)?,
         );
+        let alarm =
+            Alarm::new(poll.registry(), Meaning::Alarm.token()).map_err(StartError::System)?;
         let registry = poll.registry().try_clone().map_err(StartError::System)?;
         let now = Time::ZERO;
         Ok(Self {
@@ -179,6 +183,7 @@ impl Daemon {
             inbox: Inbox::new(),
             io: Io::new(registry),
             timers: Timers::default(),
+            alarm,
             router_deadline: None,
             ready: Vec::new(),
             accepting: Vec::new(),
@@ -204,8 +209,7 @@ impl Daemon {
     }
 
     pub(super) fn clock(&self) -> Time {
-        // Wraps after 584,000 years.
-        Time::from_micros(self.start.elapsed().as_micros() as u64)
+        clock(self.start)
     }
 
     fn work(&mut self) -> io::Result<()> {
@@ -236,16 +240,6 @@ impl Daemon {
             self.turn(events, Some(wait))?;
         }
         Ok(())
-    }
-
-    /// How long the loop may wait.
-    pub(super) fn timeout(&self) -> Option<Duration> {
-        if !self.ready.is_empty() {
-            return Some(Duration::ZERO);
-        }
-        let deadline = self.timers.next_deadline()?;
-        // A timer must not be found short of its deadline again and again: rounded up by poll.
-        Some(deadline.since(self.clock()))
     }
 
     /// One turn; says whether a signal asks to stop.
@@ -292,6 +286,7 @@ impl Daemon {
     fn handle_event(&mut self, event: &Event) -> bool {
         match Meaning::of(event.token()) {
             Some(Meaning::Signal) => return self.handle_signals(),
+            Some(Meaning::Alarm) => self.alarm.handle_event(),
             Some(Meaning::Wake) => {
                 self.handle_answers();
                 self.handle_serial_answers();
@@ -370,4 +365,10 @@ impl Daemon {
         let links = self.router.links();
         links.iter().any(|link| self.router.port(link).is_some_and(|port| port.backlog() > 0))
     }
+}
+
+/// What the daemon's clock shows, `start` being its zero.
+pub(super) fn clock(start: Instant) -> Time {
+    // Wraps after 584,000 years.
+    Time::from_micros(start.elapsed().as_micros() as u64)
 }

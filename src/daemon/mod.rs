@@ -4,6 +4,7 @@
 //! One thread does all of it and waits in one place only. What a turn does, in order: poll, read
 //! (a bounded amount of each link), timers, flush, close what broke, log.
 
+mod alarm;
 mod change;
 mod control;
 mod deadlines;

@@ -8,6 +8,7 @@ use crate::routing::LinkId;
 pub(super) enum Meaning {
     Signal,
     Wake,
+    Alarm,
     /// Whoever has this place in the table.
     Endpoint(u16),
     Link(LinkId),
@@ -19,6 +20,7 @@ pub(super) enum Meaning {
 
 const SIGNAL: Token = Token(0);
 const WAKE: Token = Token(1);
+const ALARM: Token = Token(2);
 
 /// The first token behind those of endpoints and links.
 const CONTROL: usize = 1 << 20;
@@ -32,8 +34,9 @@ impl Meaning {
         match self {
             Self::Signal => SIGNAL,
             Self::Wake => WAKE,
-            Self::Endpoint(slot) => Token(2 + usize::from(*slot) * 2),
-            Self::Link(link) => Token(3 + link.index() * 2),
+            Self::Alarm => ALARM,
+            Self::Endpoint(slot) => Token(4 + usize::from(*slot) * 2),
+            Self::Link(link) => Token(5 + link.index() * 2),
             Self::Control(number) => Token(CONTROL + usize::from(*number)),
             Self::Http(number) => Token(HTTP + usize::from(*number)),
         }
@@ -44,12 +47,13 @@ impl Meaning {
         Some(match token {
             SIGNAL => Self::Signal,
             WAKE => Self::Wake,
+            ALARM => Self::Alarm,
             Token(number) if number >= HTTP => Self::Http(u8::try_from(number - HTTP).ok()?),
             Token(number) if number >= CONTROL => {
                 Self::Control(u8::try_from(number - CONTROL).ok()?)
             }
-            Token(number) if number % 2 == 0 => Self::Endpoint(u16::try_from(number / 2 - 1).ok()?),
-            Token(number) => Self::Link(LinkId::new((number - 3) / 2)?),
+            Token(number) if number % 2 == 0 => Self::Endpoint(u16::try_from(number / 2 - 2).ok()?),
+            Token(number) => Self::Link(LinkId::new(number.checked_sub(5)? / 2)?),
         })
     }
 }
