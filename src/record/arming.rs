@@ -25,21 +25,40 @@ const ARMED: u8 = 0x80;
 /// power, and its log need not last for ever.
 const FORGET: Duration = Duration::from_secs(60);
 
+/// How often vehicles are looked for that have said nothing for so long.
+const LOOK: Duration = Duration::from_secs(1);
+
 /// Which vehicles are armed.
 #[derive(Debug)]
 pub(super) struct Arming {
-    /// A bit for each system.
-    armed: [u64; 4],
-    /// The component that speaks for each system: one alone, so that no companion contradicts its
-    /// autopilot; 0: none was heard.
-    voices: [u8; 256],
-    /// When each voice was heard last.
-    heard: [Time; 256],
+    /// By system.
+    voices: [Voice; 256],
+    /// Whether one of them is armed.
+    is_any: bool,
+    /// When it is looked next for vehicles to forget.
+    look_at: Time,
+}
+
+/// Who speaks for a system: one component alone, so that no companion contradicts its autopilot.
+#[derive(Clone, Copy, Debug)]
+struct Voice {
+    /// 0: none was heard.
+    component: u8,
+    is_armed: bool,
+    heard: Time,
+}
+
+impl Voice {
+    const NONE: Self = Self { component: 0, is_armed: false, heard: Time::ZERO };
+
+    fn is_forgotten(&self, now: Time) -> bool {
+        now.since(self.heard) >= FORGET
+    }
 }
 
 impl Arming {
     pub(super) fn new() -> Self {
-        Self { armed: [0; 4], voices: [0; 256], heard: [Time::ZERO; 256] }
+        Self { voices: [Voice::NONE; 256], is_any: false, look_at: Time::ZERO }
     }
 
     /// Takes what a frame says about it: only heartbeats of autopilots do.
@@ -49,37 +68,38 @@ impl Arming {
             return;
         }
         let voice = &mut self.voices[usize::from(system)];
-        if component == MAIN || *voice == 0 {
-            *voice = component;
+        if component == MAIN || voice.component == 0 || voice.is_forgotten(now) {
+            voice.component = component;
         }
-        if *voice != component {
+        if voice.component != component {
             return;
         }
-        self.heard[usize::from(system)] = now;
-        let (word, bit) = place(system);
-        if frame.payload_byte(BASE_MODE) & ARMED == 0 {
-            self.armed[word] &= !bit;
-        } else {
-            self.armed[word] |= bit;
+        voice.heard = now;
+        let is_armed = frame.payload_byte(BASE_MODE) & ARMED != 0;
+        if std::mem::replace(&mut voice.is_armed, is_armed) != is_armed {
+            self.look();
         }
     }
 
-    /// Forgets vehicles that have not been heard for a minute.
+    /// Forgets vehicles that have not been heard for a minute; looks for them once a second.
     pub(super) fn forget(&mut self, now: Time) {
-        if !self.is_any() {
+        if now < self.look_at {
             return;
         }
-        for system in 0..=u8::MAX {
-            let (word, bit) = place(system);
-            if now.since(self.heard[usize::from(system)]) >= FORGET {
-                self.armed[word] &= !bit;
-            }
+        self.look_at = now + LOOK;
+        for voice in self.voices.iter_mut().filter(|voice| voice.is_forgotten(now)) {
+            *voice = Voice::NONE;
         }
+        self.look();
+    }
+
+    fn look(&mut self) {
+        self.is_any = self.voices.iter().any(|voice| voice.is_armed);
     }
 
     /// Whether any vehicle is armed.
     pub(super) fn is_any(&self) -> bool {
-        self.armed != [0; 4]
+        self.is_any
     }
 }
 
@@ -91,8 +111,4 @@ fn is_autopilot(component: u8, heartbeat: &CheckedFrame<'_>) -> bool {
         GENERIC => component == MAIN,
         _ => true,
     }
-}
-
-fn place(system: u8) -> (usize, u64) {
-    (usize::from(system / 64), 1 << (system % 64))
 }

@@ -156,6 +156,17 @@ fn a_companion_of_an_armed_vehicle_neither_ends_nor_begins_a_file() {
 }
 
 #[test]
+fn who_spoke_for_a_vehicle_and_has_vanished_makes_room_for_another() {
+    let mut stage = Stage::new(|options| options.when = RecordWhen::Armed);
+    let autopilot = |component, mode| heartbeat_of(Component::new(1, component), 3, mode);
+    stage.turn(0, &[autopilot(190, 0), attitude(1)]);
+    stage.turn(59_000_000, &[autopilot(191, 0x80), attitude(2)]);
+    stage.turn(1_000_000, &[autopilot(191, 0x80), attitude(3)]);
+    stage.turn(9, &[autopilot(190, 0), attitude(4)]);
+    assert_eq!(counts(&stage.end()), [4]);
+}
+
+#[test]
 fn the_file_of_a_vehicle_that_vanishes_armed_ends_after_a_minute() {
     let mut stage = Stage::new(|options| options.when = RecordWhen::Armed);
     stage.turn(0, &[heartbeat(3, 0x80), attitude(1)]);
