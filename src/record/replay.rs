@@ -28,8 +28,12 @@ const PARTS: usize = 2;
 const LOOK_AGAIN: Duration = Duration::from_millis(20);
 
 /// Microseconds from one record to the next that are too many: a clock was set, or nothing came for
-/// long. What comes then is said at once; so it is where the time steps back.
+/// long. What comes then is said at once; so it is where the time steps back by more than [`BACK`].
 const STEP: u64 = 60_000_000;
+
+/// Microseconds by which a record may be older than one before it without any clock set: whoever
+/// writes down several links does not do it quite in order.
+const BACK: u64 = 1_000_000;
 
 /// How long one round of a loop takes at least: a log of one moment shall not flood anybody.
 const LAP: Duration = Duration::from_secs(1);
@@ -53,7 +57,7 @@ pub struct Replay {
     next: usize,
     /// The time of a record, and when that was said: the others follow from there.
     anchor: Option<(u64, Time)>,
-    /// The time of the record that was said last.
+    /// The time of the newest record that was said since a clock was set.
     last: u64,
     /// When the first record may be said: at once, or when the round before has had its time.
     lap_at: Time,
@@ -165,17 +169,19 @@ impl Replay {
 
     /// Whether a clock was set before this record.
     fn is_step(&self, micros: u64) -> bool {
-        micros < self.last || micros - self.last > STEP
+        micros.saturating_add(BACK) < self.last || micros > self.last.saturating_add(STEP)
     }
 
     /// The next record is said, at `now`: its time is that of the log.
     fn follow(&mut self, micros: u64, now: Time) {
         if self.anchor.is_none() {
             (self.anchor, self.lap_at) = (Some((micros, now)), now + LAP);
+            self.last = micros;
         } else if self.is_step(micros) {
             self.anchor = self.due().map(|at| (micros, at));
+            self.last = micros;
         }
-        self.last = micros;
+        self.last = self.last.max(micros);
     }
 
     fn say(&mut self, out: &mut Vec<u8>) {

@@ -99,6 +99,18 @@ fn a_loop_begins_anew_each_second_at_most() {
 }
 
 #[test]
+fn records_that_are_not_quite_in_order_keep_the_time_of_the_log() {
+    let dir = TestDir::new();
+    let millis = [0, 10, 9, 19, 18, 28];
+    let path =
+        log_at(&dir, &frames(6), millis.into_iter().map(|at| 1_700_000_000_000_000 + at * 1_000));
+    let mut now = Time::ZERO;
+    let said = play(&mut replay(&path, 1.0, false), &mut now, NEVER);
+    let at: Vec<Time> = said.into_iter().map(|(at, _)| at).collect();
+    assert_eq!(at, [0, 10, 10, 19, 19, 28].map(Time::from_millis));
+}
+
+#[test]
 fn where_the_clock_was_set_the_log_goes_on_at_once() {
     let dir = TestDir::new();
     let frames = frames(6);
