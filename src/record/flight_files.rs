@@ -29,6 +29,16 @@ struct Flight {
     is_touched: bool,
 }
 
+impl Flight {
+    /// Has the system put on the disk what was written since that was done last.
+    fn sync(&mut self) -> io::Result<()> {
+        match &self.file {
+            Some((file, _)) if std::mem::take(&mut self.is_touched) => file.sync_data(),
+            _ => Ok(()),
+        }
+    }
+}
+
 impl FlightFiles {
     /// A log begins; whatever had its slot before ends.
     pub(super) fn open(&mut self, slot: u8, extension: &[u8]) {
@@ -64,9 +74,8 @@ impl FlightFiles {
 
     /// A log ends: with all of it on the disk, for the power may go next.
     pub(super) fn close(&mut self, slot: u8) -> io::Result<()> {
-        let outcome = self.sync();
-        self.0.retain(|flight| flight.slot != slot);
-        outcome
+        let Some(at) = self.0.iter().position(|flight| flight.slot == slot) else { return Ok(()) };
+        self.0.swap_remove(at).sync()
     }
 
     pub(super) fn close_all(&mut self) {
@@ -75,16 +84,9 @@ impl FlightFiles {
         self.0.clear();
     }
 
-    /// Has the system put on the disk what was written.
+    /// Has the system put on the disk what was written: all of it, whatever it says of one file.
     pub(super) fn sync(&mut self) -> io::Result<()> {
-        for flight in &mut self.0 {
-            if let Some((file, _)) = &flight.file
-                && std::mem::take(&mut flight.is_touched)
-            {
-                file.sync_data()?;
-            }
-        }
-        Ok(())
+        self.0.iter_mut().map(Flight::sync).fold(Ok(()), io::Result::and)
     }
 
     /// A file that is not where it was made is no use, and neither is the rest of its log without the
@@ -114,5 +116,39 @@ impl FlightFiles {
     pub(super) fn paths(&self) -> impl Iterator<Item = (u8, &Path)> {
         let open = self.0.iter().filter_map(|it| Some((it.slot, it.file.as_ref()?)));
         open.map(|(slot, (_, path))| (slot, path.as_path()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A log whose disk fails: this is no file that could be put on one.
+    fn broken(slot: u8) -> Flight {
+        let file = File::options().write(true).open("/dev/null").unwrap();
+        let file = Some((file, PathBuf::from("/dev/null")));
+        Flight { slot, extension: "bin", file, is_touched: true }
+    }
+
+    #[test]
+    fn the_end_of_one_log_neither_waits_for_others_nor_fails_with_them() {
+        let dir = crate::test_dir::TestDir::new();
+        let path = dir.path().join("0001.bin");
+        let file = Some((File::create(&path).unwrap(), path));
+        let whole = Flight { slot: 2, extension: "bin", file, is_touched: true };
+        let mut files = FlightFiles(vec![broken(1), whole, broken(3)]);
+        files.close(2).unwrap();
+        assert!(!files.is_open(2));
+        assert!(files.0.iter().all(|flight| flight.is_touched), "not the matter of this one");
+        files.close(1).unwrap_err();
+        assert!(!files.is_open(1));
+        files.close(7).unwrap();
+    }
+
+    #[test]
+    fn a_log_that_cannot_be_put_on_the_disk_keeps_no_other_from_it() {
+        let mut files = FlightFiles(vec![broken(1), broken(2)]);
+        files.sync().unwrap_err();
+        assert!(files.0.iter().all(|flight| !flight.is_touched), "the second was not tried");
     }
 }
