@@ -53,14 +53,14 @@ pub fn diagnose(snapshot: &Snapshot) -> Vec<Finding> {
 }
 
 /// Several links may have the same to be said of them.
-fn each_once(mut findings: Vec<Finding>) -> Vec<Finding> {
-    let mut told = Vec::new();
-    findings.retain(|finding| {
-        let is_new = !told.contains(finding);
-        told.push(finding.clone());
-        is_new
-    });
-    findings
+fn each_once(findings: Vec<Finding>) -> Vec<Finding> {
+    let mut once = Vec::new();
+    for finding in findings {
+        if !once.contains(&finding) {
+            once.push(finding);
+        }
+    }
+    once
 }
 
 fn down(endpoint: &EndpointStatus) -> Option<Finding> {
@@ -158,8 +158,10 @@ fn refused_peers(endpoint: &EndpointStatus) -> Vec<Finding> {
         find(problem, "the log names their addresses: is one of them to be let in?");
     }
     if endpoint.links.is_empty() && unbelieved > 0 {
-        let problem = format!("{unbelieved} datagrams were not signed with the key of `verify`");
-        find(problem, "is signing switched on there, with the same key?");
+        let problem = format!("{unbelieved} datagrams or connections were not believed (`verify`)");
+        let remedy =
+            "the log says why of each: no signature, another key, or a clock that is behind";
+        find(problem, remedy);
     }
     if full > 0 {
         let problem = format!("{full} datagrams or connections found max_peers reached");
@@ -351,7 +353,7 @@ mod tests {
         gcs.refused_peers = [("outside".to_owned(), 7), ("unbelieved".to_owned(), 8)].into();
         let problems = found(vec![gcs.clone()], vec![]);
         assert_eq!(problems[1], "7 datagrams or connections came from outside allow_from");
-        assert_eq!(problems[2], "8 datagrams were not signed with the key of `verify`");
+        assert_eq!(problems[2], "8 datagrams or connections were not believed (`verify`)");
         let link = LinkStatus { heard_ago_ms: Some(10), ..link(Counters::default()) };
         gcs.links = vec![LinkStatus { up_ago_ms: 10, ..link }];
         assert!(found(vec![gcs.clone()], vec![]).is_empty(), "those who are meant are there");
