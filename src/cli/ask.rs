@@ -1,7 +1,7 @@
 //! The commands that ask a running daemon, or tell it what to do.
 
 use std::io::{self, IsTerminal};
-use std::path::PathBuf;
+use std::path::{self, PathBuf};
 use std::time::Duration;
 use std::{env, thread};
 
@@ -208,12 +208,13 @@ impl EndpointCommand {
     pub fn run(&self) -> Result<String, AskError> {
         let (ask, request) = match self {
             Self::Add { endpoint, ask } => {
-                let endpoint = as_seen_from_here(endpoint);
-                look_at_its_log(&endpoint)?;
-                (ask, Request::EndpointAdd { endpoint })
+                let seen = as_seen_from_here(endpoint);
+                seen.as_ref().map_or(Ok(()), look_at_its_log)?;
+                (ask, Request::EndpointAdd { endpoint: to_send(endpoint, seen) })
             }
             Self::Change { endpoint, ask } => {
-                (ask, Request::EndpointChange { endpoint: as_seen_from_here(endpoint) })
+                let seen = as_seen_from_here(endpoint);
+                (ask, Request::EndpointChange { endpoint: to_send(endpoint, seen) })
             }
             Self::Remove { name, ask } => (ask, Request::EndpointRemove { name: name.clone() }),
             Self::Enable { name, ask } => (ask, Request::EndpointEnable { name: name.clone() }),
@@ -223,21 +224,23 @@ impl EndpointCommand {
     }
 }
 
-/// An endpoint whose file, if it has one, is found by a daemon that works in another directory.
-fn as_seen_from_here(endpoint: &str) -> String {
-    match (endpoint.strip_prefix("tlog:"), env::current_dir()) {
-        (Some(file), Ok(here)) if !file.starts_with('/') => {
-            format!("tlog:{}/{file}", here.display())
-        }
-        _ => endpoint.to_owned(),
-    }
+/// An endpoint that plays back a file, with a name of that by which a daemon finds it that works in
+/// another directory. `None` if it is another endpoint, or none at all, which is told by the daemon.
+fn as_seen_from_here(endpoint: &str) -> Option<EndpointConfig> {
+    let mut config: EndpointConfig = endpoint.parse().ok()?;
+    let Address::Tlog(file) = &mut config.address else { return None };
+    *file = path::absolute(&*file).ok()?;
+    Some(config)
+}
+
+/// What is said to the daemon: what was typed, if it means the same there.
+fn to_send(endpoint: &str, seen: Option<EndpointConfig>) -> String {
+    seen.map_or_else(|| endpoint.to_owned(), |config| config.to_string())
 }
 
 /// Finds out here whether there is anything to play back: the daemon waits for no disk before it
 /// answers. What only the daemon may read is for it to find out.
-fn look_at_its_log(endpoint: &str) -> Result<(), AskError> {
-    // What cannot be read as an endpoint is told by the daemon.
-    let Ok(config) = endpoint.parse::<EndpointConfig>() else { return Ok(()) };
+fn look_at_its_log(config: &EndpointConfig) -> Result<(), AskError> {
     let Address::Tlog(file) = &config.address else { return Ok(()) };
     match look_at_log(file) {
         Err(error) if error.kind() != io::ErrorKind::PermissionDenied => {
@@ -270,5 +273,26 @@ impl LogLevelArgs {
     /// If there is no daemon that does it.
     pub fn run(&self) -> Result<String, AskError> {
         self.ask.tell(Request::LogLevel { level: self.level.name() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_log_is_named_so_that_a_daemon_in_another_directory_finds_it() {
+        let here = env::current_dir().unwrap();
+        let sent = |text: &str| to_send(text, as_seen_from_here(text));
+        for text in ["tlog:a.tlog?speed=0", "TLOG:a.tlog?speed=0"] {
+            let config: EndpointConfig = sent(text).parse().unwrap();
+            assert_eq!(config.address, Address::Tlog(here.join("a.tlog")), "{text}");
+            assert_eq!(config.options.speed, 0.0);
+        }
+        let whole = "tlog:/100%/a b.tlog?name=a%20b";
+        assert_eq!(sent(whole), whole);
+        for text in ["udpout:10.0.0.2:14550?name=laptop", "tlog:", "nonsense"] {
+            assert_eq!(sent(text), text);
+        }
     }
 }
