@@ -34,6 +34,8 @@ mod settings;
 mod signals;
 mod signing_time;
 mod snapshot;
+#[cfg(test)]
+mod stage;
 mod strangers;
 mod timers;
 mod token;

@@ -61,4 +61,4 @@ impl Daemon {
 }
 
 #[cfg(test)]
-pub(super) mod tests;
+mod tests;

@@ -3,17 +3,13 @@
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
-use std::sync::Arc;
-use std::time::Instant;
 
-use mio::{Events, Poll, Token};
+use mio::Events;
 
 use super::*;
-use crate::config::{General, LogLevel};
-use crate::daemon::event_loop::DaemonConfig;
-use crate::daemon::reload::Host;
-use crate::daemon::signals::Signals;
-use crate::mavlink::{Component, Dialect, FrameSpec, MessageId, Version, encode};
+use crate::config::General;
+use crate::daemon::stage::{self, until};
+use crate::mavlink::{Component, FrameSpec, MessageId};
 
 /// A peer of which the test holds the other end.
 #[derive(Clone, Default, Debug)]
@@ -80,42 +76,14 @@ impl Puppet {
     }
 }
 
-struct Nobody;
-
-impl Host for Nobody {
-    fn load(&self) -> Result<DaemonConfig, Vec<String>> {
-        Err(Vec::new())
-    }
-
-    fn set_log_level(&self, _level: LogLevel) {}
-}
-
 fn daemon() -> Daemon {
-    let poll = Poll::new().unwrap();
-    let signals = Signals::deaf(poll.registry(), Token(0)).unwrap();
-    let config = DaemonConfig {
-        general: General::default(),
-        endpoints: Vec::new(),
-        dialect: Dialect::builtin(),
-    };
-    Daemon::new(config, Arc::new(Nobody), poll, signals).unwrap()
+    stage::daemon(General::default(), Vec::new())
 }
 
 fn add(daemon: &mut Daemon, puppet: &Puppet, bandwidth: Option<u32>) -> (EndpointId, LinkId) {
     let options = EndpointOptions { bandwidth, ..EndpointOptions::default() };
     let index = daemon.add_internal("puppet", options, &[], puppet.hand()).unwrap();
     (index, daemon.links_of(index)[0])
-}
-
-/// Lets the loop work until something has become true.
-fn until(daemon: &mut Daemon, what: &str, mut is_true: impl FnMut(&mut Daemon) -> bool) {
-    let give_up = Instant::now() + Duration::from_secs(60);
-    let mut events = Events::with_capacity(8);
-    while !is_true(daemon) {
-        assert!(Instant::now() < give_up, "{what}");
-        let timeout = daemon.timeout().unwrap_or(Duration::from_millis(10));
-        daemon.turn(&mut events, Some(timeout)).unwrap();
-    }
 }
 
 fn heartbeat(system: u8, seq: u8) -> Vec<u8> {
@@ -131,18 +99,8 @@ fn command(system: u8, to: Component) -> Vec<u8> {
 }
 
 fn frame(system: u8, seq: u8, id: u32, crc_extra: u8, payload: &[u8]) -> Vec<u8> {
-    let mut out = Vec::new();
-    let spec = FrameSpec {
-        version: Version::V2,
-        seq,
-        source: Component::new(system, 1),
-        id: MessageId(id),
-        crc_extra,
-        payload,
-        signature: None,
-    };
-    encode(&spec, &mut out);
-    out
+    let spec = FrameSpec::new(Component::new(system, 1), MessageId(id), crc_extra, payload);
+    FrameSpec { seq, ..spec }.to_frame()
 }
 
 #[test]

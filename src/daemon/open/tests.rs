@@ -4,11 +4,12 @@ use std::fs::File;
 use std::os::fd::OwnedFd;
 
 use super::*;
-use crate::daemon::proof::tests::daemon;
+use crate::config::General;
+use crate::daemon::stage::daemon;
 
 #[test]
 fn a_socket_that_cannot_be_watched_leaves_no_link() {
-    let mut daemon = daemon("udpin:127.0.0.1:0".parse().unwrap());
+    let mut daemon = daemon(General::default(), vec!["udpin:127.0.0.1:0".parse().unwrap()]);
     let index = daemon.io.endpoints.ids()[0];
     let remote: SocketAddr = "127.0.0.1:9".parse().unwrap();
     // The system watches no such file.

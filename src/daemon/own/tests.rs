@@ -1,36 +1,13 @@
 //! The component in a loop of its own: when it is there, and that it costs nothing when it is not.
 
-use std::sync::Arc;
-
-use mio::{Poll, Token};
-
 use super::*;
-use crate::config::{General, LogLevel, OwnOptions};
-use crate::daemon::event_loop::DaemonConfig;
-use crate::daemon::reload::Host;
-use crate::daemon::signals::Signals;
-use crate::mavlink::Dialect;
-
-struct Nobody;
-
-impl Host for Nobody {
-    fn load(&self) -> Result<DaemonConfig, Vec<String>> {
-        Err(Vec::new())
-    }
-
-    fn set_log_level(&self, _level: LogLevel) {}
-}
+use crate::config::{General, OwnOptions};
+use crate::daemon::stage;
 
 fn daemon(system: Option<u8>, endpoint: &str) -> Daemon {
-    let poll = Poll::new().unwrap();
-    let signals = Signals::deaf(poll.registry(), Token(0)).unwrap();
     let own = OwnOptions { system, ..OwnOptions::default() };
-    let config = DaemonConfig {
-        general: General { own, ..General::default() },
-        endpoints: vec![endpoint.parse().unwrap()],
-        dialect: Dialect::builtin(),
-    };
-    let mut daemon = Daemon::new(config, Arc::new(Nobody), poll, signals).unwrap();
+    let general = General { own, ..General::default() };
+    let mut daemon = stage::daemon(general, vec![endpoint.parse().unwrap()]);
     daemon.open_all().unwrap();
     daemon.refresh_own();
     daemon

@@ -3,41 +3,22 @@
 use std::fs::File;
 use std::io::Write;
 use std::net::{SocketAddr, TcpStream};
-use std::sync::Arc;
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
-
-use mio::{Events, Poll, Token};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::*;
-use crate::config::{EndpointConfig, General, LogLevel};
+use crate::config::{EndpointConfig, General};
 use crate::daemon::endpoint::State;
-use crate::daemon::event_loop::DaemonConfig;
 use crate::daemon::links::Output;
-use crate::daemon::reload::Host;
 use crate::daemon::settings::settle;
-use crate::daemon::signals::Signals;
+use crate::daemon::stage::{self, until};
 use crate::link::Stream;
 use crate::mavlink::{
     CheckedFrame, Component, Dialect, FrameBuffer, FrameSpec, Header, Key, MessageId, Timestamp,
 };
 
-struct Nobody;
-
-impl Host for Nobody {
-    fn load(&self) -> Result<DaemonConfig, Vec<String>> {
-        Err(Vec::new())
-    }
-
-    fn set_log_level(&self, _level: LogLevel) {}
-}
-
 /// A daemon with this endpoint, open.
-pub(in crate::daemon) fn daemon(endpoint: EndpointConfig) -> Daemon {
-    let poll = Poll::new().unwrap();
-    let signals = Signals::deaf(poll.registry(), Token(0)).unwrap();
-    let (general, dialect) = (General::default(), Dialect::builtin());
-    let config = DaemonConfig { general, endpoints: vec![endpoint], dialect };
-    let mut daemon = Daemon::new(config, Arc::new(Nobody), poll, signals).unwrap();
+fn daemon(endpoint: EndpointConfig) -> Daemon {
+    let mut daemon = stage::daemon(General::default(), vec![endpoint]);
     daemon.open_all().unwrap();
     daemon
 }
@@ -76,16 +57,6 @@ fn links(daemon: &Daemon) -> (usize, usize) {
         panic!("it does not listen");
     };
     (*count, daemon.links_of(index).len())
-}
-
-/// Lets the loop work until something has become true.
-fn until(daemon: &mut Daemon, what: &str, is_true: impl Fn(&Daemon) -> bool) {
-    let give_up = Instant::now() + Duration::from_secs(60);
-    let mut events = Events::with_capacity(8);
-    while !is_true(daemon) {
-        assert!(Instant::now() < give_up, "{what}");
-        daemon.turn(&mut events, Some(Duration::from_millis(10))).unwrap();
-    }
 }
 
 /// Somebody who has connected and has a link now.

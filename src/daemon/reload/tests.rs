@@ -5,12 +5,13 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use mio::{Events, Poll, Token};
+use mio::Events;
 
 use super::*;
 use crate::config::{AddressKind, EndpointConfig, OPTIONS, OnChange, OwnOptions};
 use crate::daemon::endpoint::{Role, State};
-use crate::daemon::signals::Signals;
+use crate::daemon::plan::is_internal;
+use crate::daemon::stage::daemon_of;
 use crate::mavlink::Key;
 use crate::routing::{Learn, LinkId, LinkOptions, RouterOptions};
 
@@ -55,9 +56,7 @@ fn config(texts: &[String], general: &General) -> DaemonConfig {
 
 /// A daemon that has opened what can be opened.
 fn start(config: DaemonConfig, host: Arc<Desk>) -> Daemon {
-    let poll = Poll::new().unwrap();
-    let signals = Signals::deaf(poll.registry(), Token(0)).unwrap();
-    let mut daemon = Daemon::new(config, host, poll, signals).unwrap();
+    let mut daemon = daemon_of(host, config);
     daemon.open_all().unwrap();
     daemon.refresh_own();
     daemon
@@ -287,9 +286,8 @@ fn a_reload_leads_to_what_a_start_leads_to() {
 
 /// The endpoints that a configuration names.
 fn configured(daemon: &Daemon) -> Vec<EndpointId> {
-    let endpoints = &daemon.io.endpoints;
-    let ids = endpoints.ids().into_iter();
-    ids.filter(|id| endpoints[*id].config.address.kind() != AddressKind::Internal).collect()
+    let ids = daemon.io.endpoints.ids().into_iter();
+    ids.filter(|id| !is_internal(&daemon.io.endpoints[*id].config)).collect()
 }
 
 /// The link of the only endpoint.

@@ -1,15 +1,9 @@
 //! What is kept of the time of signatures, and what a loop makes of it.
 
-use std::sync::Arc;
-
-use mio::{Poll, Token};
-
 use super::*;
-use crate::config::{EndpointConfig, General, LogLevel};
-use crate::daemon::event_loop::DaemonConfig;
-use crate::daemon::reload::Host;
+use crate::config::{EndpointConfig, General};
 use crate::daemon::settings::settle;
-use crate::daemon::signals::Signals;
+use crate::daemon::stage::daemon;
 use crate::mavlink::{Dialect, Key};
 use crate::test_dir::TestDir;
 
@@ -50,35 +44,17 @@ fn what_is_written_is_read() {
     assert!(!keep(&path.join("no-directory"), kept));
 }
 
-struct Nobody;
-
-impl Host for Nobody {
-    fn load(&self) -> Result<DaemonConfig, Vec<String>> {
-        Err(Vec::new())
-    }
-
-    fn set_log_level(&self, _level: LogLevel) {}
-}
-
 #[test]
 fn a_reload_that_is_the_first_to_sign_goes_by_what_was_read_at_the_start() {
     let dir = TestDir::new();
-    let poll = Poll::new().unwrap();
-    let signals = Signals::deaf(poll.registry(), Token(0)).unwrap();
-    let dialect = Dialect::builtin();
-    let config = DaemonConfig {
-        general: General::default(),
-        endpoints: Vec::new(),
-        dialect: Dialect::builtin(),
-    };
-    let mut daemon = Daemon::new(config, Arc::new(Nobody), poll, signals).unwrap();
+    let mut daemon = daemon(General::default(), Vec::new());
     // What the start has found; by now the disk is gone.
     let kept = Kept { used: wall().plus(DOUBTFUL), shown: wall().plus(DOUBTFUL) };
     let path = Some(dir.path().join("gone").join(FILE));
     daemon.signing_time.found = Found { path, kept: Some(kept), problem: None };
     let mut endpoint: EndpointConfig = "udpout:127.0.0.1:9?sign=radio".parse().unwrap();
     endpoint.options.sign.as_mut().unwrap().key = Some(Key::from_passphrase("radio"));
-    daemon.change_all(settle(vec![endpoint], &dialect).unwrap());
+    daemon.change_all(settle(vec![endpoint], &Dialect::builtin()).unwrap());
     assert!(daemon.router.signing_clock().show(daemon.now) >= kept.shown);
     assert!(daemon.signing_time.found.path.is_none());
 }
