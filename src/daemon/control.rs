@@ -12,7 +12,6 @@ mod reload;
 mod socket;
 mod why;
 
-use std::io;
 use std::time::Duration;
 
 use mio::Interest;
@@ -24,7 +23,7 @@ use self::client::{ControlClient, Input, Mode};
 use self::socket::ControlSocket;
 use self::why::FrameShape;
 use super::event_loop::{Daemon, Meaning};
-use super::peers::{ACCEPT_AGAIN, is_of_connection};
+use super::peers::{ACCEPT_AGAIN, next_caller};
 use super::timers::Timer;
 use crate::config::{ControlPlace, LogLevel};
 use crate::control::{
@@ -142,13 +141,9 @@ impl Daemon {
     fn accept_clients(&mut self) {
         self.control.accept_at = None;
         while let (true, Some(socket)) = (self.control.is_knocked, &self.control.socket) {
-            match socket.accept() {
-                Ok(stream) => self.admit_client(stream),
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
-                    self.control.is_knocked = false;
-                }
-                Err(error) if is_of_connection(&error) => {}
-                // No descriptors, no memory: nothing tells when there are some again.
+            match next_caller(|| socket.accept()) {
+                Ok(Some(stream)) => self.admit_client(stream),
+                Ok(None) => self.control.is_knocked = false,
                 Err(_) => {
                     self.control.accept_at = Some(self.now + ACCEPT_AGAIN);
                     return;

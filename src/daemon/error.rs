@@ -1,9 +1,9 @@
 //! Why the daemon cannot start: which endpoint, what failed, and what to do about it.
 
 use std::io;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
 use super::endpoint::{Endpoint, Failure, State};
-use super::endpoint_table::EndpointId;
 use super::event_loop::Daemon;
 use crate::config::{Address, AddressKind, Device, EndpointConfig};
 
@@ -98,11 +98,28 @@ fn is_not_allowed(error: &io::Error) -> bool {
     error.raw_os_error() == Some(libc::EPERM)
 }
 
-/// The port that an endpoint has or wants for itself; 0: any.
-fn own_port(config: &EndpointConfig, address: &Address) -> u16 {
+/// The address and port that an endpoint has or wants for itself; port 0: any.
+fn own_address(config: &EndpointConfig) -> Option<SocketAddr> {
     // Who sends or calls has another's port in its address, and its own in `bind`.
-    let own = config.options.bind.as_ref().or_else(|| address.host_port());
-    own.map_or(0, |host_port| host_port.port)
+    let own = config.options.bind.as_ref().or_else(|| config.address.host_port())?;
+    // Which address a name leads to is not known here: it may be any.
+    let ip = own.host.ip().unwrap_or(IpAddr::V4(Ipv4Addr::UNSPECIFIED));
+    Some(SocketAddr::new(ip, own.port))
+}
+
+fn own_port(config: &EndpointConfig) -> u16 {
+    own_address(config).map_or(0, |own| own.port())
+}
+
+/// Whether two sockets of one kind cannot have these addresses at the same time.
+pub(super) fn collide(one: SocketAddr, other: SocketAddr) -> bool {
+    let is_any = one.ip().is_unspecified() || other.ip().is_unspecified();
+    one.port() == other.port() && (is_any || one.ip() == other.ip())
+}
+
+/// That one of ours has the port already, behind an error.
+pub(super) fn already(holder: Option<&str>) -> String {
+    holder.map_or_else(String::new, |holder| format!(" ({holder} already)"))
 }
 
 fn is_not_a_tty(error: &io::Error) -> bool {
@@ -115,26 +132,25 @@ fn is_udp(config: &EndpointConfig) -> bool {
 
 impl Daemon {
     /// Who of ours has the port that an endpoint cannot have, if it is one of us.
-    pub(super) fn holder(&self, index: EndpointId, error: &io::Error) -> Option<String> {
-        let config = &self.io.endpoints[index].config;
-        let port = own_port(config, &config.address);
-        if error.kind() != io::ErrorKind::AddrInUse || port == 0 {
+    pub(super) fn holder(&self, config: &EndpointConfig, error: &io::Error) -> Option<String> {
+        let wanted = own_address(config).filter(|wanted| wanted.port() != 0)?;
+        if error.kind() != io::ErrorKind::AddrInUse {
             return None;
         }
-        let of_metrics = !is_udp(config) && self.http.listens_at(port);
+        let of_metrics = !is_udp(config) && self.http.listens_at(wanted);
         let of_metrics = of_metrics.then(|| "the metrics have this port".to_owned());
-        self.endpoint_at(is_udp(config), port).or(of_metrics)
+        self.endpoint_at(is_udp(config), wanted).or(of_metrics)
     }
 
-    /// Which endpoint has a port of UDP or TCP, if one does.
-    pub(super) fn endpoint_at(&self, is_udp: bool, port: u16) -> Option<String> {
+    /// Which endpoint has a port of UDP or TCP that is wanted at this address, if one does.
+    pub(super) fn endpoint_at(&self, is_udp: bool, wanted: SocketAddr) -> Option<String> {
         let has_it = |other: &&Endpoint| {
             let local = match &other.state {
                 State::Datagrams(datagrams) if is_udp => datagrams.socket.local_addr(),
                 State::Listening(listener, _) if !is_udp => listener.local_addr(),
                 _ => return false,
             };
-            local.is_ok_and(|local| local.port() == port)
+            local.is_ok_and(|local| collide(local, wanted))
         };
         let endpoint = self.io.endpoints.iter().find(has_it)?;
         Some(format!("endpoint {} has this port", endpoint.name))
@@ -158,19 +174,17 @@ fn remedy(config: &EndpointConfig, error: &io::Error, holder: Option<&str>) -> S
         {
             "`dev` takes Linux 5.7, or the capability CAP_NET_RAW".to_owned()
         }
-        (io::ErrorKind::PermissionDenied, address)
-            if (1..1_024).contains(&own_port(config, address)) =>
-        {
+        (io::ErrorKind::PermissionDenied, _) if (1..1_024).contains(&own_port(config)) => {
             "ports below 1024 are for root: choose a higher one".to_owned()
         }
         (io::ErrorKind::ResourceBusy, Address::Serial { device: Device::Path(path), .. }) => {
             format!("another program has it open: `fuser -v {}` tells which", path.display())
         }
-        (io::ErrorKind::AddrInUse, address) => {
+        (io::ErrorKind::AddrInUse, _) => {
             if let Some(holder) = holder {
                 return format!(" ({holder} already: choose another one)");
             }
-            let port = own_port(config, address);
+            let port = own_port(config);
             let flag = if is_udp(config) { 'u' } else { 't' };
             format!("another program is there: `ss -l{flag}np sport = :{port}` tells which")
         }
@@ -183,6 +197,8 @@ fn remedy(config: &EndpointConfig, error: &io::Error, holder: Option<&str>) -> S
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::General;
+    use crate::daemon::stage::daemon;
 
     #[test]
     fn what_is_not_permitted_is_told_with_what_would_help() {
@@ -195,5 +211,24 @@ mod tests {
         assert!(remedy("udpin::14550?dev=eth0", libc::EPERM).contains("CAP_NET_RAW"));
         // A firewall, or whatever else it is.
         assert_eq!(remedy("udpin::14550", libc::EPERM), "");
+    }
+
+    #[test]
+    fn a_port_that_another_program_has_at_another_address_is_none_of_ours() {
+        let server = "tcpin:127.0.0.1:0?name=one".parse().unwrap();
+        let mut daemon = daemon(General::default(), vec![server]);
+        daemon.open_all().unwrap();
+        let one = daemon.io.endpoints.ids()[0];
+        let State::Listening(listener, _) = &daemon.io.endpoints[one].state else { panic!() };
+        let port = listener.local_addr().unwrap().port();
+        let in_use = io::Error::from(io::ErrorKind::AddrInUse);
+        let holder = |address: &str| {
+            let config = format!("tcpin:{address}:{port}").parse().unwrap();
+            daemon.holder(&config, &in_use)
+        };
+        assert_eq!(holder("127.0.0.2"), None);
+        for address in ["127.0.0.1", "0.0.0.0", "localhost"] {
+            assert_eq!(holder(address).as_deref(), Some("endpoint one has this port"));
+        }
     }
 }

@@ -8,7 +8,6 @@ mod connection;
 mod request;
 mod response;
 
-use std::io::ErrorKind;
 use std::net::SocketAddr;
 use std::time::Duration;
 
@@ -20,8 +19,9 @@ use tracing::{info, warn};
 use self::connection::{Connection, Progress};
 use self::request::{Request, Resource};
 use self::response::{Response, Status};
+use super::error::{already, collide};
 use super::event_loop::{Daemon, Meaning};
-use super::peers::{ACCEPT_AGAIN, is_of_connection};
+use super::peers::{ACCEPT_AGAIN, next_caller};
 use super::timers::Timer;
 use crate::link::listen;
 use crate::routing::Time;
@@ -95,10 +95,10 @@ impl Http {
         (self.has_work, self.deadline) = (true, None);
     }
 
-    /// Whether it has this TCP port.
-    pub(super) fn listens_at(&self, port: u16) -> bool {
+    /// Whether it has the TCP port that is wanted at this address.
+    pub(super) fn listens_at(&self, wanted: SocketAddr) -> bool {
         let local = self.listener.as_ref().and_then(|listener| listener.local_addr().ok());
-        local.is_some_and(|local| local.port() == port)
+        local.is_some_and(|local| collide(local, wanted))
     }
 
     /// Whether requests have to name this computer by its address, or as `localhost`: else a page
@@ -111,15 +111,13 @@ impl Http {
         self.accept_at = None;
         while let (true, Some(listener)) = (self.is_knocked, &self.listener) {
             let Some(slot) = self.connections.iter().position(Option::is_none) else { return };
-            match listener.accept() {
-                Ok((stream, _)) => {
+            match next_caller(|| listener.accept()) {
+                Ok(Some((stream, _))) => {
                     // The listener is number 0.
                     let token = Meaning::Http(slot as u8 + 1).token();
                     self.connections[slot] = Connection::new(stream, registry, token, now).ok();
                 }
-                Err(error) if error.kind() == ErrorKind::WouldBlock => self.is_knocked = false,
-                Err(error) if is_of_connection(&error) => {}
-                // No descriptors, no memory: nothing tells when there are some again.
+                Ok(None) => self.is_knocked = false,
                 Err(_) => {
                     self.accept_at = Some(now + ACCEPT_AGAIN);
                     return;
@@ -156,8 +154,7 @@ impl Daemon {
             }
             Err(error) => {
                 if !std::mem::replace(&mut self.http.has_warned, true) {
-                    let holder = self.endpoint_at(false, address.port());
-                    let holder = holder.map_or_else(String::new, |it| format!(" ({it} already)"));
+                    let holder = already(self.endpoint_at(false, address).as_deref());
                     warn!("no metrics: cannot listen on {address}: {error}{holder}; trying again");
                 }
                 self.http.retry_at = Some(self.now + RETRY);

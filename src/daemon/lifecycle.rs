@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use super::endpoint::{Failure, Role, State};
 use super::endpoint_table::EndpointId;
-use super::error::{StartError, may_pass};
+use super::error::{StartError, already, may_pass};
 use super::event_loop::Daemon;
 use super::open::{OpenError, socket_address};
 use super::timers::Timer;
@@ -35,7 +35,7 @@ impl Daemon {
             let config = &self.io.endpoints[index].config;
             if !may_pass(config, &failure.error) {
                 let OpenError { action, error } = failure;
-                let holder = self.holder(index, &error);
+                let holder = self.holder(config, &error);
                 return Err(StartError::endpoint(config, action, error, holder.as_deref()));
             }
             self.try_later(index, failure);
@@ -180,7 +180,7 @@ impl Daemon {
 
     /// Tells of a failure, once, and tries again later.
     pub(super) fn try_later(&mut self, index: EndpointId, OpenError { action, error }: OpenError) {
-        let holder = self.holder(index, &error);
+        let holder = self.holder(&self.io.endpoints[index].config, &error);
         let endpoint = &mut self.io.endpoints[index];
         endpoint.set_state(State::Waiting, self.now);
         let failure = Failure::new(&endpoint.config, &action, &error, holder.as_deref());
@@ -193,7 +193,7 @@ impl Daemon {
         } else if endpoint.told != failure {
             endpoint.told = failure;
             let outlook = if endpoint.tries_once() { "" } else { "; waiting for it" };
-            let holder = holder.map_or_else(String::new, |it| format!(" ({it} already)"));
+            let holder = already(holder.as_deref());
             self.warn(index, &format!("cannot {action}: {error}{holder}{outlook}"));
         }
         self.try_again(index);

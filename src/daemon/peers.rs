@@ -208,10 +208,9 @@ impl Daemon {
             let State::Listening(listener, _) = &self.io.endpoints[index].state else {
                 return;
             };
-            match listener.accept() {
-                Ok((stream, peer)) => self.handle_connection(index, stream, plain(peer)),
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
-                Err(error) if is_of_connection(&error) => {}
+            match next_caller(|| listener.accept()) {
+                Ok(Some((stream, peer))) => self.handle_connection(index, stream, plain(peer)),
+                Ok(None) => return,
                 Err(error) => return self.accept_later(index, &error),
             }
         }
@@ -338,8 +337,24 @@ pub(super) fn plain(address: SocketAddr) -> SocketAddr {
     }
 }
 
+/// The next of those who wait to be accepted; `None` if nobody does.
+///
+/// # Errors
+///
+/// If there are no descriptors or no memory for it: nothing tells when there are some again.
+pub(super) fn next_caller<T>(mut accept: impl FnMut() -> io::Result<T>) -> io::Result<Option<T>> {
+    loop {
+        match accept() {
+            Ok(caller) => return Ok(Some(caller)),
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => return Ok(None),
+            Err(error) if is_of_connection(&error) => {}
+            Err(error) => return Err(error),
+        }
+    }
+}
+
 /// Whether accepting failed for a reason of that one connection.
-pub(super) fn is_of_connection(error: &io::Error) -> bool {
+fn is_of_connection(error: &io::Error) -> bool {
     use io::ErrorKind::{ConnectionAborted, ConnectionReset, Interrupted};
     matches!(error.kind(), ConnectionAborted | ConnectionReset | Interrupted)
 }
