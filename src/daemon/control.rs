@@ -187,7 +187,7 @@ impl Daemon {
             }
             Input::TooLong(answer) => {
                 client.push(&answer.to_line());
-                client.mode = Mode::Closing;
+                self.set_mode(slot, Mode::Closing);
                 true
             }
             Input::Nothing => false,
@@ -246,13 +246,17 @@ impl Daemon {
             let text = format!("interval_ms is {interval_ms}: expected {least} to {most}");
             return Answer::Error(text);
         }
-        if let Some(client) = &mut self.control.clients[slot] {
-            client.mode = Mode::Following { id, interval, next: self.now + interval };
-            client.listening = None;
-        }
-        // It may have listened until now.
-        self.set_tap();
+        self.set_mode(slot, Mode::Following { id, interval, next: self.now + interval });
         Answer::Status(Box::new(self.snapshot()))
+    }
+
+    /// From now on this and nothing else is done for a client without being asked again.
+    fn set_mode(&mut self, slot: usize, mode: Mode) {
+        if let Some(client) = &mut self.control.clients[slot] {
+            client.mode = mode;
+        }
+        // It may have listened until now, or not yet.
+        self.set_tap();
     }
 
     fn send_answer(&mut self, slot: usize, id: u64, answer: Answer) {

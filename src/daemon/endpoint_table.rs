@@ -47,7 +47,7 @@ impl EndpointTable {
             self.0.push(Slot::default());
         }
         let others: HashSet<&str> = self.iter().map(|other| other.name.as_str()).collect();
-        endpoint.name = free_name(endpoint.name, &others);
+        endpoint.name = free_name(endpoint.name, |name| others.contains(name));
         let slot = &mut self.0[place];
         slot.endpoint = Some(endpoint);
         Some(EndpointId { slot: u16::try_from(place).ok()?, generation: slot.generation })
@@ -91,8 +91,8 @@ impl EndpointTable {
     pub(super) fn tell_names_apart(&mut self) {
         let mut taken: HashSet<String> = HashSet::new();
         for endpoint in self.0.iter_mut().filter_map(|slot| slot.endpoint.as_mut()) {
-            let others = taken.iter().map(String::as_str).collect();
-            endpoint.name = free_name(std::mem::take(&mut endpoint.name), &others);
+            let name = std::mem::take(&mut endpoint.name);
+            endpoint.name = free_name(name, |name| taken.contains(name));
             taken.insert(endpoint.name.clone());
         }
     }
@@ -103,14 +103,14 @@ impl EndpointTable {
     }
 }
 
-/// `name`, or `name#2` and so on if others are called so.
-fn free_name(name: String, others: &HashSet<&str>) -> String {
-    if !others.contains(name.as_str()) {
+/// `name`, or `name#2` and so on if that is taken.
+fn free_name(name: String, is_taken: impl Fn(&str) -> bool) -> String {
+    if !is_taken(&name) {
         return name;
     }
-    let mut numbered = (2..=others.len() + 1).map(|number| format!("{name}#{number}"));
-    // More than there are others: one of them is free.
-    numbered.find(|it| !others.contains(it.as_str())).unwrap_or(name)
+    // One more than there may be endpoints: one of them is free.
+    let mut numbered = (2..=MAX_ENDPOINTS + 1).map(|number| format!("{name}#{number}"));
+    numbered.find(|name| !is_taken(name)).unwrap_or(name)
 }
 
 /// For who knows that the endpoint is there: one of its links is, or it was just looked up.

@@ -24,11 +24,10 @@ pub(super) struct Plan {
 /// wanted while it is open; then one of another name that can, which was given a new name; and at
 /// last, one of the same name is closed and opened again. So is a server at `[::]` that is to leave
 /// IPv4 to another one from now on, or not to any more.
-pub(super) fn plan(table: &EndpointTable, mut wanted: Vec<Settings>) -> Plan {
+pub(super) fn plan(table: &EndpointTable, wanted: Vec<Settings>) -> Plan {
     let mut ids = table.ids();
-    // What belongs to the program itself is no matter of a configuration, on neither side.
+    // What belongs to the program itself is no matter of a configuration, which cannot name it.
     ids.retain(|id| !is_internal(&table[*id].config));
-    wanted.retain(|settings| !is_internal(&settings.config));
     let mut matching = Matching {
         old: ids.iter().map(|id| &table[*id].config).collect(),
         new: wanted.iter().map(|settings| &settings.config).collect(),

@@ -29,21 +29,19 @@ pub(super) struct ControlClient {
     /// Whether it will take no more either.
     has_gone: bool,
     pub(super) mode: Mode,
-    /// What it wants to see, in [`Mode::Listening`].
-    pub(super) listening: Option<Box<Listening>>,
     /// When something was last taken from it, or by it.
     pub(super) last_progress: Time,
 }
 
 /// What is done for a client without being asked again.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Debug)]
 pub(super) enum Mode {
     /// Nothing.
     Asking,
     /// It gets pictures.
     Following { id: u64, interval: Duration, next: Time },
-    /// It gets frames.
-    Listening,
+    /// It gets frames: those that it wants to see.
+    Listening(Box<Listening>),
     /// It gets what came of a reload, and nothing before that.
     Reloading { id: u64 },
     /// It gets what it is still to get, and no more.
@@ -74,7 +72,6 @@ impl ControlClient {
             has_ended: false,
             has_gone: false,
             mode: Mode::Asking,
-            listening: None,
             last_progress: now,
         }
     }
@@ -170,9 +167,8 @@ impl ControlClient {
                 return Input::TooLong(AnswerLine::new(0, Answer::Error(text)));
             }
             if self.has_ended {
-                let is_following = matches!(self.mode, Mode::Following { .. });
-                let is_served = is_following && !self.has_gone;
-                return if is_served { Input::Nothing } else { Input::End };
+                let is_served = matches!(self.mode, Mode::Following { .. } | Mode::Listening(_));
+                return if is_served && !self.has_gone { Input::Nothing } else { Input::End };
             }
             if !self.is_readable {
                 return Input::Nothing;
@@ -196,14 +192,20 @@ impl ControlClient {
         true
     }
 
+    /// Whether it will send no more.
+    #[cfg(test)]
+    pub(super) fn has_ended(&self) -> bool {
+        self.has_ended
+    }
+
     /// Whether it has asked for nothing that goes on.
     pub(super) fn is_idle(&self) -> bool {
-        self.mode == Mode::Asking && self.output.is_empty()
+        matches!(self.mode, Mode::Asking) && self.output.is_empty()
     }
 
     /// Whether nothing can come of it unless it does something.
     pub(super) fn is_stuck(&self) -> bool {
-        self.mode == Mode::Asking || !self.output.is_empty()
+        matches!(self.mode, Mode::Asking) || !self.output.is_empty()
     }
 
     /// When there is something to do for it if nothing happens.
@@ -211,7 +213,7 @@ impl ControlClient {
         match self.mode {
             Mode::Following { next, .. } if self.output.is_empty() => Some(next),
             // Nothing may pass for hours, and a disk may stand still.
-            Mode::Listening | Mode::Reloading { .. } if self.output.is_empty() => None,
+            Mode::Listening(_) | Mode::Reloading { .. } if self.output.is_empty() => None,
             _ => Some(self.last_progress + idle),
         }
     }

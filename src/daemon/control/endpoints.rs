@@ -41,7 +41,7 @@ impl Daemon {
                  (?name=NAME), or change that one (`mavswitch endpoint change`)"
             ));
         }
-        let before = self.configs();
+        let before: Vec<_> = self.configured().map(|(_, config)| config.clone()).collect();
         let mut wanted = before.clone();
         wanted.push(config);
         self.want(wanted)?;
@@ -63,12 +63,7 @@ impl Daemon {
     fn change_by_request(&mut self, text: &str) -> Outcome {
         let config = self.read_endpoint(text)?;
         let name = config.name();
-        let index = self.one_named(&name)?;
-        if self.io.endpoints.iter().filter(|it| it.config.name() == name).count() > 1 {
-            return Err(format!(
-                "there are several endpoints {name}: give them names (?name=NAME)"
-            ));
-        }
+        let index = self.one_configured(&name)?;
         if self.io.endpoints[index].config == config {
             return Ok(format!("{name}: is so already"));
         }
@@ -129,17 +124,15 @@ impl Daemon {
 
     /// What to do about a key that was not read.
     fn key_hint(&self, name: &str) -> String {
-        let shown = match self.general.keys.iter().find(|file| file.name == name) {
-            Some(file) => {
-                let path = file.path.display();
-                return format!(
-                    "{path} could not be read at the last start or reload: it must have a key, and \
-                     be closed to others (`chmod 600`); then reload"
-                );
-            }
-            None => self.general.keys.iter().map(|file| file.name.as_str()).collect::<Vec<_>>(),
-        };
-        match &shown[..] {
+        if let Some(file) = self.general.keys.iter().find(|file| file.name == name) {
+            let path = file.path.display();
+            return format!(
+                "{path} could not be read at the last start or reload: it must have a key, and be \
+                 closed to others (`chmod 600`); then reload"
+            );
+        }
+        let names: Vec<&str> = self.general.keys.iter().map(|file| file.name.as_str()).collect();
+        match &names[..] {
             [] => "say under `keys` in the configuration file where it is, and reload".to_owned(),
             names => format!(
                 "there are: {}. Say under `keys` in the configuration file where it is, and reload",
@@ -149,9 +142,10 @@ impl Daemon {
     }
 
     /// What is configured: not what belongs to the program itself.
-    fn configs(&self) -> Vec<EndpointConfig> {
-        let configs = self.io.endpoints.iter().map(|endpoint| &endpoint.config);
-        configs.filter(|config| !is_internal(config)).cloned().collect()
+    fn configured(&self) -> impl Iterator<Item = (EndpointId, &EndpointConfig)> {
+        let ids = self.io.endpoints.ids().into_iter();
+        let configs = ids.map(|id| (id, &self.io.endpoints[id].config));
+        configs.filter(|(_, config)| !is_internal(config))
     }
 
     /// Puts another one in the place of an endpoint, or none.
@@ -160,13 +154,12 @@ impl Daemon {
         index: EndpointId,
         instead: Option<EndpointConfig>,
     ) -> Result<(), String> {
-        let ids = self.io.endpoints.ids();
         let mut instead = Some(instead);
-        let wanted = ids.into_iter().filter_map(|id| match id {
+        let wanted = self.configured().filter_map(|(id, config)| match id {
             id if id == index => instead.take().flatten(),
-            id => Some(self.io.endpoints[id].config.clone()),
+            _ => Some(config.clone()),
         });
-        let wanted = wanted.filter(|config| !is_internal(config)).collect();
+        let wanted = wanted.collect();
         self.want(wanted)
     }
 
@@ -179,6 +172,22 @@ impl Daemon {
     fn named(&self, name: &str) -> impl Iterator<Item = EndpointId> {
         let ids = self.io.endpoints.ids().into_iter();
         ids.filter(move |id| self.io.endpoints[*id].name == name)
+    }
+
+    /// The endpoint that is called so in the configuration. The number behind its name, by which it
+    /// is told from another one, cannot be said there.
+    fn one_configured(&self, name: &str) -> Result<EndpointId, String> {
+        let mut alike = self.alike(name);
+        match (alike.next(), alike.next()) {
+            (Some(only), None) => Ok(only),
+            (None, _) => self.one_named(name),
+            _ => Err(format!("there are several endpoints {name}: give them names (?name=NAME)")),
+        }
+    }
+
+    fn alike(&self, name: &str) -> impl Iterator<Item = EndpointId> {
+        let alike = self.configured().filter(move |(_, config)| config.name() == name);
+        alike.map(|(id, _)| id)
     }
 
     /// The endpoint of this name, if it is one that somebody configured.
@@ -196,8 +205,8 @@ impl Daemon {
     }
 
     fn known_names(&self) -> String {
-        let configured = self.io.endpoints.iter().filter(|it| !is_internal(&it.config));
-        let names: Vec<&str> = configured.map(|it| it.name.as_str()).collect();
+        let configured = self.configured().map(|(id, _)| &self.io.endpoints[id].name);
+        let names: Vec<&str> = configured.map(String::as_str).collect();
         match &names[..] {
             [] => "there is none at all".to_owned(),
             names => format!("there are: {}", names.join(", ")),
@@ -206,7 +215,8 @@ impl Daemon {
 
     /// Why an endpoint is not open, and whether waiting may help.
     fn shortcoming(&self, name: &str) -> Option<(String, bool)> {
-        let endpoint = &self.io.endpoints[self.named(name).next()?];
+        let index = self.named(name).chain(self.alike(name)).next()?;
+        let endpoint = &self.io.endpoints[index];
         let State::Waiting = endpoint.state else { return None };
         endpoint.failure.as_ref().map(|failure| (failure.text.clone(), failure.may_pass))
     }

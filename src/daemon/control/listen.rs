@@ -36,18 +36,14 @@ impl Daemon {
             Ok(wanted) => wanted,
             Err(error) => return Answer::Error(error.to_string()),
         };
-        if let Some(client) = &mut self.control.clients[slot] {
-            client.mode = Mode::Listening;
-            client.listening = Some(Box::new(Listening { id, wanted, missed: 0 }));
-        }
-        self.set_tap();
+        self.set_mode(slot, Mode::Listening(Box::new(Listening { id, wanted, missed: 0 })));
         info!("somebody listens on the control socket");
         Answer::Frames(Frames::default())
     }
 
     /// Copies are kept only while somebody listens.
     pub(super) fn set_tap(&mut self) {
-        let is_listening = |client: &ControlClient| client.mode == Mode::Listening;
+        let is_listening = |client: &ControlClient| matches!(client.mode, Mode::Listening(_));
         self.router.set_tap(self.control.clients.iter().flatten().any(is_listening));
     }
 
@@ -71,7 +67,7 @@ impl Daemon {
     /// Says whether the client is still there.
     fn tell_listener(&self, client: &mut ControlClient) -> bool {
         let room = ROOM.saturating_sub(client.waiting());
-        let Some(listening) = &mut client.listening else { return true };
+        let Mode::Listening(listening) = &mut client.mode else { return true };
         let tap = self.router.tap();
         let mut frames = Frames::default();
         let (mut used, mut missed) = (0, tap.missed());

@@ -8,12 +8,7 @@ impl Daemon {
     /// Has the configuration read anew; the client waits for the outcome, and is asked nothing until
     /// then.
     pub(super) fn begin_reload(&mut self, slot: usize, id: u64) {
-        if let Some(client) = &mut self.control.clients[slot] {
-            client.mode = Mode::Reloading { id };
-            client.listening = None;
-        }
-        // It may have listened until now.
-        self.set_tap();
+        self.set_mode(slot, Mode::Reloading { id });
         self.ask_reload();
     }
 

@@ -1,37 +1,21 @@
 //! Requests, made of a loop that the test turns itself.
 
-use std::io::{BufRead, BufReader, Write};
+use std::io::{self, BufRead, BufReader, Write};
+use std::net::Shutdown;
 use std::os::unix::net::UnixStream as Caller;
-use std::sync::Arc;
 use std::time::Instant;
 
-use mio::{Events, Poll, Token};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use super::*;
 use crate::config::{EndpointConfig, EndpointOptions, General, KeyFile};
-use crate::daemon::event_loop::DaemonConfig;
-use crate::daemon::reload::Host;
-use crate::daemon::signals::Signals;
-use crate::mavlink::{Dialect, Key};
+use crate::control::MAX_REQUEST;
+use crate::daemon::stage::{self, until};
+use crate::mavlink::Key;
 use crate::sim::Swarm;
 
-struct Nobody;
-
-impl Host for Nobody {
-    fn load(&self) -> Result<DaemonConfig, Vec<String>> {
-        Err(Vec::new())
-    }
-
-    fn set_log_level(&self, _level: LogLevel) {}
-}
-
 fn daemon(endpoints: Vec<EndpointConfig>) -> Daemon {
-    let poll = Poll::new().unwrap();
-    let signals = Signals::deaf(poll.registry(), Token(0)).unwrap();
-    let (general, dialect) = (General::default(), Dialect::builtin());
-    let config = DaemonConfig { general, endpoints, dialect };
-    Daemon::new(config, Arc::new(Nobody), poll, signals).unwrap()
+    stage::daemon(General::default(), endpoints)
 }
 
 /// Somebody who has connected.
@@ -40,17 +24,6 @@ fn call(daemon: &mut Daemon) -> Caller {
     theirs.set_nonblocking(true).unwrap();
     daemon.admit_client(UnixStream::from_std(theirs));
     ours
-}
-
-/// Lets the loop work until something has become true.
-fn until(daemon: &mut Daemon, what: &str, is_true: impl Fn(&Daemon) -> bool) {
-    let give_up = Instant::now() + Duration::from_secs(60);
-    let mut events = Events::with_capacity(8);
-    while !is_true(daemon) {
-        assert!(Instant::now() < give_up, "{what}");
-        daemon.turn(&mut events, Some(Duration::from_millis(10))).unwrap();
-        while daemon.serve_control() {}
-    }
 }
 
 fn ask(daemon: &mut Daemon, caller: &Caller, request: &str) -> String {
@@ -145,6 +118,18 @@ fn endpoints_of_one_address_have_names_of_their_own() {
 }
 
 #[test]
+fn an_endpoint_is_changed_under_its_address_when_another_one_of_that_is_gone() {
+    let texts = ["udpin:127.0.0.1:0?dev=absent0", "udpin:127.0.0.1:0?dev=absent1"];
+    let mut daemon = daemon(texts.map(|text| text.parse().unwrap()).to_vec());
+    done(daemon.request_remove("udpin:127.0.0.1:0"));
+    assert_eq!(names(&daemon), ["udpin:127.0.0.1:0#2"]);
+    let changed = format!("{}&max_peers=3", texts[1]);
+    done(daemon.request_change(&changed));
+    let left: Vec<String> = daemon.io.endpoints.iter().map(|it| it.config.to_string()).collect();
+    assert_eq!(left, [changed]);
+}
+
+#[test]
 fn a_failure_is_told_again_after_it_was_switched_off_and_on() {
     let mut daemon = daemon(vec!["serial:/dev/absent:57600?name=fc".parse().unwrap()]);
     let index = daemon.io.endpoints.ids()[0];
@@ -175,5 +160,32 @@ fn who_follows_listens_no_more() {
     assert!(daemon.router.tap().is_open());
     ask(&mut daemon, &caller, r#"{"request":"follow","interval_ms":1000}"#);
     assert!(!daemon.router.tap().is_open());
-    assert!(daemon.control.clients.iter().flatten().all(|client| client.listening.is_none()));
+}
+
+#[test]
+fn who_sends_no_more_is_told_of_frames_until_it_has_gone() {
+    let mut daemon = daemon(Vec::new());
+    let caller = call(&mut daemon);
+    ask(&mut daemon, &caller, r#"{"request":"listen"}"#);
+    caller.shutdown(Shutdown::Write).unwrap();
+    let has_ended = |it: &Daemon| it.control.clients.iter().flatten().all(ControlClient::has_ended);
+    until(&mut daemon, "it sends no more", has_ended);
+    assert!(daemon.router.tap().is_open());
+    drop(caller);
+    until(&mut daemon, "it is gone", |it| it.control.clients.iter().all(Option::is_none));
+    assert!(!daemon.router.tap().is_open());
+}
+
+#[test]
+fn who_listened_and_sends_too_long_a_line_gets_the_answer_and_no_frames() {
+    let mut daemon = daemon(Vec::new());
+    let caller = call(&mut daemon);
+    writeln!(&caller, r#"{{"request":"listen"}}"#).unwrap();
+    (&caller).write_all(&[b'x'; MAX_REQUEST]).unwrap();
+    daemon.control.has_work = true;
+    assert!(daemon.serve_control() && daemon.router.tap().is_open());
+    assert!(daemon.serve_control() && !daemon.router.tap().is_open());
+    while daemon.serve_control() {}
+    let lines: Vec<String> = BufReader::new(&caller).lines().map(Result::unwrap).collect();
+    assert!(lines.len() == 2 && lines[1].contains("a request has at most"), "{lines:?}");
 }
