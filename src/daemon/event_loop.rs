@@ -1,7 +1,6 @@
 //! The loop itself: what a turn is, and which event means what.
 
 use std::io;
-use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -31,7 +30,7 @@ use crate::config::{EndpointConfig, General};
 use crate::link::{Inbox, Opener, Resolver};
 use crate::mavlink::{Checker, Dialect};
 use crate::record::Recorder;
-use crate::routing::{LinkId, LinkSet, Reminder, Router, Time};
+use crate::routing::{LinkId, LinkSet, Router, Time};
 
 /// What the daemon is to do.
 #[derive(Clone, Debug)]
@@ -85,8 +84,6 @@ pub(super) struct Daemon {
     pub(super) notifier: Notifier,
     pub(super) unrouted_log: LogLimit,
     pub(super) refusal_log: LogLimit,
-    /// Whose lack of a signature was told of.
-    pub(super) refused_strangers: Reminder<SocketAddr>,
     pub(super) signing_time: SigningTime,
     /// Copies what is received to files, if it is to.
     pub(super) recorder: Option<Recorder>,
@@ -196,7 +193,6 @@ impl Daemon {
             notifier: Notifier::from_environment(),
             unrouted_log: LogLimit::new(now),
             refusal_log: LogLimit::new(now),
-            refused_strangers: Reminder::default(),
             signing_time: SigningTime::default(),
             recorder: None,
             collector: None,

@@ -44,6 +44,9 @@ pub(super) struct PeerRefusals {
     counts: [u64; PeerRefusal::ALL.len()],
     /// From where somebody came who was told of. Without the port: that is another one each time.
     told: Reminder<IpAddr>,
+    /// Who was told of and not believed. With the port: of two programs on one computer, one may
+    /// have the key.
+    disbelieved: Reminder<SocketAddr>,
 }
 
 impl PeerRefusals {
@@ -80,8 +83,9 @@ impl Daemon {
         source: SocketAddr,
         why: Refusal,
     ) {
-        self.io.endpoints[index].refusals.count(PeerRefusal::Unbelieved);
-        if self.refused_strangers.is_due(source, self.now) {
+        let refusals = &mut self.io.endpoints[index].refusals;
+        refusals.count(PeerRefusal::Unbelieved);
+        if refusals.disbelieved.is_due(source, self.now) {
             self.refuse(index, source, disbelief(why));
         }
     }
