@@ -180,8 +180,7 @@ fn connections_that_are_held_open_and_say_nothing() {
 #[test]
 fn who_calls_while_there_are_no_descriptors_is_served_when_there_are_some_again() {
     let router = Router::start(&[TCP, "--metrics=127.0.0.1:0"]);
-    let line = router.log.wait_for(&["metrics and status page at http://"]);
-    let page = line.split("http://").nth(1).expect("an address").trim_end().trim_end_matches('/');
+    let page = router.metrics();
     let pid = Pid::from_raw(router.process().0 as i32);
     let before = getrlimit(Resource::Nofile);
     let mut none = before;

@@ -2,8 +2,7 @@
 
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, TcpStream, UdpSocket};
 
-use mavswitch::control::{Client, Request};
-use mavswitch::status::EndpointStatus;
+use mavswitch::control::Request;
 use socket2::{Domain, Socket, Type};
 
 use crate::harness::*;
@@ -30,19 +29,9 @@ fn tcp_from(local: Ipv4Addr, to: SocketAddr, me: Component) -> Peer<TcpWire> {
     Peer::new(TcpWire { stream: TcpStream::from(socket) }, me)
 }
 
-fn client(router: &Router) -> Client {
-    Client::connect(Some(&router.control())).expect("a daemon that answers")
-}
-
-fn status(router: &Router, name: &str) -> EndpointStatus {
-    let snapshot = client(router).status().expect("an answer");
-    let mut endpoints = snapshot.endpoints.into_iter();
-    endpoints.find(|endpoint| endpoint.name == name).expect("an endpoint of this name")
-}
-
 /// How often somebody was refused for its address.
 fn refused(router: &Router, name: &str) -> u64 {
-    status(router, name).refused_peers.get("outside").copied().unwrap_or(0)
+    router.endpoint(name).refused_peers.get("outside").copied().unwrap_or(0)
 }
 
 #[test]
@@ -64,7 +53,7 @@ fn a_udp_server_listens_to_nobody_outside_its_networks() {
     Peer::new(UdpWire::to(local), GCS_2).send(heartbeat(GCS_2));
     eventually("four refusals", || refused(&router, "udp") == 4);
     inside.expect_nothing_from(&mut vehicle);
-    assert_eq!(status(&router, "udp").links.len(), 2);
+    assert_eq!(router.endpoint("udp").links.len(), 2);
     // All that was to be told before this is in the log with it.
     udp_from(Ipv4Addr::LOCALHOST, at, WITNESS).send_mark();
     router.wait_until_seen(WITNESS);
@@ -100,7 +89,7 @@ fn who_is_outside_from_now_on_is_sent_away_and_the_others_stay() {
     vehicle.meet(&mut far_tcp);
 
     let change = |endpoint: String| {
-        client(&router).ask(Request::EndpointChange { endpoint }).expect("a change");
+        router.client().ask(Request::EndpointChange { endpoint }).expect("a change");
     };
     change("udpin:127.0.0.1:0?name=udp&allow_from=127.0.0.1".to_owned());
     change("tcpin:127.0.0.1:0?name=tcp&allow_from=127.0.0.1".to_owned());

@@ -14,10 +14,6 @@ use rustix::process::Signal;
 
 use crate::harness::*;
 
-fn client(router: &Router) -> Client {
-    Client::connect(Some(&router.control())).expect("a daemon that answers")
-}
-
 /// A connection on which anything may be said.
 fn raw(router: &Router) -> UnixStream {
     let stream = UnixStream::connect(router.control()).expect("a daemon that listens");
@@ -51,7 +47,7 @@ fn status_tells_of_endpoints_links_and_components() {
     let mut vehicle = router.udp("udp", VEHICLE);
     let mut gcs = router.tcp("tcp", GCS);
     router.assert_serves(&mut gcs, &mut vehicle);
-    let snapshot = client(&router).status().unwrap();
+    let snapshot = router.status();
     let states: Vec<_> = snapshot.endpoints.iter().map(|it| (it.name.as_str(), it.state)).collect();
     assert_eq!(states, [("udp", EndpointState::Listening), ("tcp", EndpointState::Listening)]);
     let [udp, tcp] = &snapshot.endpoints[..] else { panic!("two endpoints") };
@@ -81,13 +77,13 @@ fn half_lines_garbage_and_huge_lines_are_answered_or_dropped() {
     let mut huge = raw(&router);
     huge.write_all(&vec![b'x'; MAX_REQUEST]).unwrap();
     assert!(answers(huge).contains("at most"));
-    assert_eq!(client(&router).status().unwrap().endpoints.len(), 1);
+    assert_eq!(router.status().endpoints.len(), 1);
 }
 
 #[test]
 fn there_is_room_for_so_many_clients_and_again_when_they_go() {
     let router = Router::start(&["udpin:127.0.0.1:0?name=udp"]);
-    let mut clients: Vec<Client> = (0..8).map(|_| client(&router)).collect();
+    let mut clients: Vec<Client> = (0..8).map(|_| router.client()).collect();
     for client in &mut clients {
         client.status().unwrap();
     }
@@ -95,13 +91,13 @@ fn there_is_room_for_so_many_clients_and_again_when_they_go() {
     assert!(text.contains("8 clients are connected already"), "{text}");
     // Whether it asks before or after it was turned away: it is told why.
     for _ in 0..20 {
-        match client(&router).status() {
+        match router.client().status() {
             Err(ClientError::Refused(text)) => assert!(text.contains("8 clients"), "{text}"),
             other => panic!("{other:?}"),
         }
     }
     clients.clear();
-    eventually("a place for a client", || client(&router).status().is_ok());
+    eventually("a place for a client", || router.client().status().is_ok());
 }
 
 #[test]
@@ -126,7 +122,7 @@ fn a_router_that_finds_another_one_at_its_socket_goes_on_without() {
 fn endpoints_come_and_go_by_request() {
     let router = Router::start(&["udpin:127.0.0.1:0?name=udp"]);
     let mut vehicle = router.udp("udp", VEHICLE);
-    let mut client = client(&router);
+    let mut client = router.client();
     let mut ask = |request| match client.ask(request) {
         Ok(_) => String::new(),
         Err(ClientError::Refused(text)) => text,
@@ -173,7 +169,7 @@ fn what_is_told_is_what_was_sent() {
     let heartbeats: Vec<_> = (0..50).map(|_| heartbeat(CAMERA)).collect();
     let unanswered: Vec<_> = (0..7).map(|_| command_long(CAMERA, OTHER)).collect();
     let damaged: Vec<_> = (0..20).map(|n| corrupted(&attitude(VEHICLE, n))).collect();
-    let mut follower = client(&router);
+    let mut follower = router.client();
     follower.send(Request::Follow { interval_ms: 100 }).unwrap();
     thread::scope(|scope| {
         scope.spawn(|| {
@@ -182,7 +178,7 @@ fn what_is_told_is_what_was_sent() {
         });
         gcs.expect_each(&frames);
     });
-    let told = client(&router).status().unwrap();
+    let told = router.status();
     let (fc, gcs) = (counted(&told, "fc"), counted(&told, "gcs"));
     let whole: Vec<_> = [&heartbeats[..], &unanswered, &frames].concat();
     let bytes = |frames: &[Vec<u8>]| frames.iter().map(|frame| frame.len() as u64).sum::<u64>();
@@ -223,7 +219,7 @@ fn a_client_that_never_reads_costs_nothing() {
     for _ in 0..100 {
         router.assert_serves(&mut gcs, &mut vehicle);
     }
-    assert_eq!(client(&router).status().unwrap().endpoints.len(), 2);
+    assert_eq!(router.status().endpoints.len(), 2);
     router.assert_grown_less_than(4, before);
     drop(lazy);
     router.assert_serves(&mut gcs, &mut vehicle);
@@ -234,7 +230,7 @@ fn a_thousand_changes_under_traffic_cost_the_others_nothing() {
     let router = Router::start(&["tcpin:127.0.0.1:0?name=tcp", "udpin:127.0.0.1:0?name=udp"]);
     let mut gcs = router.tcp("tcp", GCS);
     let mut vehicle = router.tcp("tcp", VEHICLE);
-    let mut client = client(&router);
+    let mut client = router.client();
     let mut round = |n: u32| {
         let endpoint = format!("udpin:127.0.0.1:0?name=extra&max_peers={}", 1 + n % 9);
         client.ask(Request::EndpointAdd { endpoint: endpoint.clone() }).unwrap();
@@ -269,24 +265,22 @@ fn a_thousand_changes_under_traffic_cost_the_others_nothing() {
 fn people_are_told_in_tables_and_without_a_daemon_what_to_do() {
     let router = Router::start(&["udpin:127.0.0.1:0?name=udp"]);
     let _vehicle = router.udp("udp", VEHICLE);
-    let path = router.control();
-    let path = path.to_str().unwrap();
-    let told = run(&["status", "--control", path]);
+    let told = router.ask(&["status"]);
     let text = String::from_utf8(told.stdout).unwrap();
     assert!(told.status.success() && text.contains("listening"), "{text}");
-    let json = run(&["status", "--json", "--control", path]);
+    let json = router.ask(&["status", "--json"]);
     let snapshot: Snapshot = serde_json::from_slice(&json.stdout).unwrap();
     assert_eq!(snapshot.endpoints[0].name, "udp");
-    let added = run(&["endpoint", "add", "udpin:127.0.0.1:0?name=more", "--control", path]);
+    let added = router.ask(&["endpoint", "add", "udpin:127.0.0.1:0?name=more"]);
     assert!(added.status.success(), "{added:?}");
-    let no_log = run(&["endpoint", "add", "tlog:/nowhere/x.tlog", "--control", path]);
+    let no_log = router.ask(&["endpoint", "add", "tlog:/nowhere/x.tlog"]);
     let text = String::from_utf8(no_log.stderr).unwrap();
     assert_eq!(no_log.status.code(), Some(1));
     assert!(text.contains("not added: cannot play back /nowhere/x.tlog: No such file"), "{text}");
-    let level = run(&["log-level", "debug", "--control", path]);
+    let level = router.ask(&["log-level", "debug"]);
     assert!(level.status.success(), "{level:?}");
     router.log.wait_for(&["log level: debug, by request"]);
-    let refused = run(&["endpoint", "remove", "nobody", "--control", path]);
+    let refused = router.ask(&["endpoint", "remove", "nobody"]);
     let text = String::from_utf8(refused.stderr).unwrap();
     assert_eq!(refused.status.code(), Some(1));
     assert!(text.contains("there are: udp, more"), "{text}");

@@ -2,8 +2,6 @@
 
 use std::time::{Duration, Instant};
 
-use mavswitch::control::Client;
-
 use crate::harness::*;
 
 const TCP: &str = "tcpin:127.0.0.1:0?name=tcp";
@@ -140,7 +138,7 @@ fn what_the_system_does_not_send_is_counted_as_that_and_not_as_sent() {
     let frames: Vec<_> = (0..5).map(|n| attitude(VEHICLE, n)).collect();
     vehicle.send(frames.concat());
     router.log.wait_for(&["nowhere: cannot send to 255.255.255.255:9"]);
-    let mut client = Client::connect(Some(&router.control())).expect("a daemon");
+    let mut client = router.client();
     eventually("all are counted", || {
         let snapshot = client.status().expect("an answer");
         let of = |name| snapshot.endpoints.iter().find(|it| it.name == name).expect("an endpoint");

@@ -85,17 +85,15 @@ fn assert_asked_to_stop(px4: &mut Peer<TcpWire>, ardupilot: &mut Peer<TcpWire>) 
 
 #[test]
 fn where_a_reload_ends_the_collection_vehicles_are_asked_to_stop() {
-    let dir = TempDir::new();
-    let configure = |which: &str| {
+    let configuration = |which: &str| {
         let general = format!(
             "record = 'records'\nrecord_min_free = 0\nrecord_telemetry = false\n\
              flight_log = '{which}'\n"
         );
-        let endpoint = |name: &str| format!("[endpoint.{name}]\naddress = 'tcpin:127.0.0.1:0'\n");
-        dir.write("mavswitch.toml", &(general + &endpoint("one") + &endpoint("two")))
+        general + &["one", "two"].map(|name| endpoint(name, "tcpin:127.0.0.1:0", "")).concat()
     };
-    let config = configure("auto");
-    let router = Router::start(&["-c", config.to_str().unwrap()]);
+    let scene = Scene::start(&configuration("auto"), &[]);
+    let router = &scene.router;
     let mut px4 = router.tcp("one", VEHICLE);
     let mut ardupilot = router.tcp("two", OTHER);
     px4.send(armed(VEHICLE, 12));
@@ -103,12 +101,13 @@ fn where_a_reload_ends_the_collection_vehicles_are_asked_to_stop() {
     send_ulog(&mut px4, logger, &ulog());
     ardupilot.send(armed(OTHER, 3));
     assert_eq!(next_status(&mut ardupilot), (START_BLOCKS, true));
-    configure("off");
+    scene.write(&configuration("off"));
     router.signal(Signal::HUP);
     router.log.wait_for(&["recording anew"]);
     assert_asked_to_stop(&mut px4, &mut ardupilot);
     router.assert_serves(&mut px4, &mut ardupilot);
-    let file = fs::read_dir(dir.path("records")).unwrap().next().unwrap().unwrap().path();
+    let records = scene.file.with_file_name("records");
+    let file = fs::read_dir(records).unwrap().next().unwrap().unwrap().path();
     eventually("the log is whole", || fs::read(&file).unwrap() == ulog());
 }
 
@@ -116,18 +115,10 @@ fn where_a_reload_ends_the_collection_vehicles_are_asked_to_stop() {
 fn a_px4_and_an_ardupilot_get_a_file_each_with_all_that_they_send() {
     let dir = TempDir::new();
     let records = dir.path("records");
-    let router = Router::start(&[
-        "--record",
-        records.to_str().unwrap(),
-        "--record-min-free=0",
-        "--record-telemetry=false",
-        "--record-when=armed",
-        "--flight-log=auto",
-        "tcpin:127.0.0.1:0?name=one",
-        "tcpin:127.0.0.1:0?name=two",
-    ]);
-    let mut px4 = router.tcp("one", VEHICLE);
-    let mut ardupilot = router.tcp("two", OTHER);
+    let flight_logs = ["--record-telemetry=false", "--record-when=armed", "--flight-log=auto"];
+    let router = Router::start(&recording(&records, &flight_logs));
+    let mut px4 = router.tcp("fc", VEHICLE);
+    let mut ardupilot = router.tcp("gcs", OTHER);
     px4.send(armed(VEHICLE, 12));
     let (logger, command) = next(&mut px4, COMMAND_LONG);
     assert_eq!(logger, Component::new(1, 155));

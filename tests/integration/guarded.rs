@@ -1,11 +1,9 @@
 //! Servers that ask for signatures: who has to show the key, and what others are sent until then.
 
-use std::fs::{Permissions, set_permissions};
-use std::os::unix::fs::PermissionsExt;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use mavswitch::control::{Client, Request};
-use mavswitch::mavlink::{CheckedFrame, FrameBuffer, Header, Key, Timestamp};
+use mavswitch::control::Request;
+use mavswitch::mavlink::{Key, Timestamp};
 use mavswitch::status::LinkStatus;
 
 use crate::harness::*;
@@ -15,11 +13,8 @@ const PASSPHRASE: &str = "the key of this vehicle";
 /// A frame as somebody with the key sends it, the `n`th of this test.
 fn signed(frame: &[u8], n: u64) -> Vec<u8> {
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).expect("a clock");
-    let header = Header::parse(frame).expect("a frame");
-    let frame = CheckedFrame { bytes: frame, header, target: header.source, verified: true };
-    let (key, at) = (Key::from_passphrase(PASSPHRASE), Timestamp::from_unix(since_1970).plus(n));
-    let mut buffer = FrameBuffer::default();
-    buffer.sign(&frame, &key, 1, at).expect("an unsigned frame of MAVLink 2").bytes.to_vec()
+    let at = Timestamp::from_unix(since_1970).plus(n);
+    signed_by(frame, &Key::from_passphrase(PASSPHRASE), at)
 }
 
 /// A router with a guarded server and an open one.
@@ -31,9 +26,7 @@ struct Scene {
 impl Scene {
     fn start(guarded: &str) -> Self {
         let dir = TempDir::new();
-        let file = dir.write("radio.key", &format!("passphrase:{PASSPHRASE}"));
-        set_permissions(&file, Permissions::from_mode(0o600)).expect("a file of ours");
-        let key = format!("radio={}", file.display());
+        let key = dir.key_file("radio", PASSPHRASE);
         let guarded = format!("{guarded}?name=guarded&verify=radio");
         let arguments = ["--key", &key, &guarded, "udpin:127.0.0.1:0?name=open"];
         let router = Router::launch_in(&arguments, |command| {
@@ -45,17 +38,11 @@ impl Scene {
 
     /// The links of the guarded server.
     fn links(&self) -> Vec<LinkStatus> {
-        let mut client = Client::connect(Some(&self.router.control())).expect("a daemon");
-        let snapshot = client.status().expect("an answer");
-        let mut endpoints = snapshot.endpoints.into_iter();
-        endpoints.find(|it| it.name == "guarded").expect("an endpoint").links
+        self.router.endpoint("guarded").links
     }
 
     fn why(&self, arguments: &[&str]) -> String {
-        let control = self.router.control();
-        let control = ["--control", control.to_str().expect("a path")];
-        let output = run(&[&["why"], arguments, &control].concat());
-        String::from_utf8_lossy(&output.stdout).into_owned()
+        self.router.told(&[&["why"], arguments].concat())
     }
 }
 
@@ -100,12 +87,10 @@ fn a_stranger_is_let_in_by_what_is_signed_in_its_datagram_and_only_that_is_heard
 #[test]
 fn an_endpoint_that_is_added_later_has_the_keys_that_no_other_uses() {
     let dir = TempDir::new();
-    let file = dir.write("radio.key", &format!("passphrase:{PASSPHRASE}"));
-    set_permissions(&file, Permissions::from_mode(0o600)).expect("a file of ours");
-    let key = format!("radio={}", file.display());
+    let key = dir.key_file("radio", PASSPHRASE);
     let router = Router::start(&["--key", &key, "udpin:127.0.0.1:0?name=open"]);
     let mut vehicle = router.udp("open", VEHICLE);
-    let mut client = Client::connect(Some(&router.control())).expect("a daemon");
+    let mut client = router.client();
     let endpoint = "tcpin:127.0.0.1:0?name=later&verify=radio&sign=radio".to_owned();
     client.ask(Request::EndpointAdd { endpoint }).expect("an endpoint more");
     let mut gcs = router.tcp_silent("later", GCS);

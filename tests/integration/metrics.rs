@@ -12,13 +12,6 @@ use crate::harness::*;
 
 const METRICS: &str = "--metrics=127.0.0.1:0";
 
-/// Where the router serves them.
-fn address(router: &Router) -> SocketAddr {
-    let line = router.log.wait_for(&["metrics and status page at http://"]);
-    let rest = line.split("http://").nth(1).unwrap();
-    rest.trim_end().trim_end_matches('/').parse().unwrap()
-}
-
 fn connect(to: SocketAddr) -> TcpStream {
     let stream = TcpStream::connect(to).expect("a router that listens");
     stream.set_read_timeout(Some(PATIENCE)).expect("a timeout");
@@ -64,7 +57,7 @@ fn sample(text: &str, name: &str) -> u64 {
 fn the_figures_are_those_of_the_traffic_and_stay_when_links_go() {
     let router =
         Router::start(&[METRICS, "udpin:127.0.0.1:0?name=udp", "tcpin:127.0.0.1:0?name=tcp"]);
-    let to = address(&router);
+    let to = router.metrics();
     let mut vehicle = router.udp("udp", VEHICLE);
     let mut gcs = router.tcp("tcp", GCS);
     router.assert_serves(&mut gcs, &mut vehicle);
@@ -86,7 +79,7 @@ fn the_figures_are_those_of_the_traffic_and_stay_when_links_go() {
 #[test]
 fn the_page_stands_for_itself() {
     let router = Router::start(&[METRICS, "udpin:127.0.0.1:0"]);
-    let to = address(&router);
+    let to = router.metrics();
     assert_eq!(get(to, "/"), PAGE);
     let (head, body) = ask(to, "HEAD", "/");
     assert!(head.contains(&format!("Content-Length: {}", PAGE.len())) && body.is_empty(), "{head}");
@@ -101,7 +94,7 @@ fn the_page_stands_for_itself() {
 #[test]
 fn wrong_requests_are_told_so() {
     let router = Router::start(&[METRICS, "udpin:127.0.0.1:0"]);
-    let to = address(&router);
+    let to = router.metrics();
     let status = |text: &str| say(to, text).lines().next().unwrap_or_default().to_owned();
     let host = format!("Host: {to}\r\n\r\n");
     assert_eq!(status(&format!("GET /x HTTP/1.1\r\n{host}")), "HTTP/1.1 404 Not Found");
@@ -121,7 +114,7 @@ fn wrong_requests_are_told_so() {
 fn who_asks_slowly_or_takes_nothing_holds_up_nobody() {
     let router =
         Router::start(&[METRICS, "udpin:127.0.0.1:0?name=udp", "tcpin:127.0.0.1:0?name=tcp"]);
-    let to = address(&router);
+    let to = router.metrics();
     let before = router.process().descriptors();
     let mut vehicle = router.udp("udp", VEHICLE);
     let mut gcs = router.tcp("tcp", GCS);
@@ -143,7 +136,7 @@ fn who_asks_slowly_or_takes_nothing_holds_up_nobody() {
 #[test]
 fn all_who_ask_at_once_are_answered() {
     let router = Router::start(&[METRICS, "udpin:127.0.0.1:0"]);
-    let to = address(&router);
+    let to = router.metrics();
     let asking: Vec<TcpStream> = (0..2 * MAX_HTTP_CLIENTS).map(|_| connect(to)).collect();
     for mut stream in &asking {
         let text = format!("GET /metrics HTTP/1.1\r\nHost: {to}\r\n\r\n");
@@ -164,7 +157,7 @@ fn a_reload_moves_the_port() {
     let router = Router::start(&["-c", file.to_str().unwrap()]);
     dir.write("a.toml", &format!("metrics = \"127.0.0.1:0\"\n{endpoint}"));
     router.signal(Signal::HUP);
-    let to = address(&router);
+    let to = router.metrics();
     get(to, "/metrics");
     dir.write("a.toml", endpoint);
     router.signal(Signal::HUP);
@@ -179,7 +172,7 @@ fn a_port_that_is_taken_stops_nothing() {
     let router = Router::start(&[&format!("--metrics={to}"), "udpin:127.0.0.1:0"]);
     router.log.wait_for(&["WARN", "no metrics: cannot listen on"]);
     drop(taken);
-    assert_eq!(address(&router), to);
+    assert_eq!(router.metrics(), to);
     get(to, "/metrics");
 }
 
@@ -188,7 +181,7 @@ fn a_port_that_is_taken_stops_nothing() {
 #[test]
 fn metrics_of_a_hundred_links_cost_little() {
     let router = Router::start(&[METRICS, "tcpin:127.0.0.1:0?name=tcp&max_peers=200"]);
-    let to = address(&router);
+    let to = router.metrics();
     let mut peers: Vec<_> =
         (1..=100).map(|system| router.tcp_unnoticed("tcp", Component::new(system, 1))).collect();
     for peer in &mut peers {

@@ -4,7 +4,6 @@ use std::fs::{self, File};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use mavswitch::control::Client;
 use mavswitch::record::TlogReader;
 use mavswitch::status::{RecordState, RecordStatus};
 use rustix::process::Signal;
@@ -13,8 +12,7 @@ use crate::harness::*;
 
 /// How recording is getting on, as the router tells it.
 fn status(router: &Router) -> RecordStatus {
-    let mut client = Client::connect(Some(&router.control())).unwrap();
-    client.status().unwrap().record.expect("a recorder")
+    router.status().record.expect("a recorder")
 }
 
 /// The frames of all telemetry logs in a directory, in the order of their files, without marks.
@@ -36,14 +34,8 @@ fn recorded(dir: &Path) -> Vec<Vec<u8>> {
 fn broadcasts_commands_and_answers_are_recorded_and_what_is_left_out_is_not() {
     let dir = TempDir::new();
     let records = dir.path("made/on/the/way");
-    let router = Router::start(&[
-        "--record",
-        records.to_str().unwrap(),
-        "--record-min-free=0",
-        "tcpin:127.0.0.1:0?name=fc",
-        "tcpin:127.0.0.1:0?name=gcs",
-        "tcpin:127.0.0.1:0?name=private&record=false",
-    ]);
+    let private = "tcpin:127.0.0.1:0?name=private&record=false";
+    let router = Router::start(&recording(&records, &[private]));
     let mut vehicle = router.tcp("fc", VEHICLE);
     let mut gcs = router.tcp("gcs", GCS);
     let mut private = router.tcp("private", CAMERA);
@@ -88,13 +80,7 @@ fn a_full_disk_costs_no_frame_and_recording_goes_on_when_there_is_room() {
     sh(&format!("mount -t tmpfs -o size=16m tmpfs {}", card.display()));
     let filler = card.join("photos");
     fs::write(&filler, vec![1; (16 << 20) - (100 << 10)]).unwrap();
-    let router = Router::start(&[
-        "--record",
-        card.to_str().unwrap(),
-        "--record-min-free=0",
-        "tcpin:127.0.0.1:0?name=fc",
-        "tcpin:127.0.0.1:0?name=gcs",
-    ]);
+    let router = Router::start(&recording(&card, &[]));
     let mut vehicle = router.tcp("fc", VEHICLE);
     let mut gcs = router.tcp("gcs", GCS);
     let mut number = 0;
@@ -126,20 +112,12 @@ fn a_full_disk_costs_no_frame_and_recording_goes_on_when_there_is_room() {
 #[test]
 fn recording_is_stopped_started_and_looked_at_while_frames_flow() {
     let dir = TempDir::new();
-    let (records, socket) = (dir.path("records"), dir.path("control"));
-    let router = Router::start(&[
-        "--record",
-        records.to_str().unwrap(),
-        "--record-min-free=0",
-        "--control",
-        socket.to_str().unwrap(),
-        "tcpin:127.0.0.1:0?name=fc",
-        "tcpin:127.0.0.1:0?name=gcs",
-    ]);
+    let records = dir.path("records");
+    let router = Router::start(&recording(&records, &[]));
     let mut vehicle = router.tcp("fc", VEHICLE);
     let mut gcs = router.tcp("gcs", GCS);
     let ask = |words: &[&str]| {
-        let output = run(&[words, &["--control", socket.to_str().unwrap()]].concat());
+        let output = router.ask(words);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8(output.stdout).unwrap()
     };
@@ -175,18 +153,7 @@ fn a_disk_that_stands_still_costs_no_frame_and_recording_goes_on_when_it_works_a
     }
     let dir = TempDir::new();
     let records = dir.path("records");
-    let router = Router::start_stuck(
-        "fdatasync",
-        3,
-        5,
-        &[
-            "--record",
-            records.to_str().unwrap(),
-            "--record-min-free=0",
-            "tcpin:127.0.0.1:0?name=fc",
-            "tcpin:127.0.0.1:0?name=gcs",
-        ],
-    );
+    let router = Router::start_stuck("fdatasync", 3, 5, &recording(&records, &[]));
     let mut vehicle = router.tcp("fc", VEHICLE);
     let mut gcs = router.tcp("gcs", GCS);
     let mut number = 0;
@@ -204,10 +171,11 @@ fn a_disk_that_stands_still_costs_no_frame_and_recording_goes_on_when_it_works_a
         let status = status(&router);
         status.frames + status.lost > u64::from(number) && status.state == RecordState::Recording
     });
-    let output = run(&["status", "--control", router.control().to_str().unwrap()]);
-    let text = String::from_utf8(output.stdout).unwrap();
+    let text = router.told(&["status"]);
     let told = status(&router);
-    assert!(text.contains("RECORD") && text.contains(&told.lost.to_string()), "{text}");
+    let row = text.lines().skip_while(|line| !line.starts_with("RECORD")).nth(1);
+    let cells: Vec<&str> = row.expect("a table of records").split_whitespace().collect();
+    assert_eq!(cells[2], told.lost.to_string(), "{text}");
     let before = told.frames;
     fly(&mut number, 100);
     eventually("what came since is written", || status(&router).frames >= before + 100);
@@ -234,8 +202,8 @@ fn a_reload_does_not_wait_for_a_disk_that_stands_still() {
     let general = |name: &str| {
         let path = dir.path(name);
         let general = format!("record = '{}'\nrecord_min_free = 0\n", path.display());
-        let endpoint = |name: &str| format!("[endpoint.{name}]\naddress = 'tcpin:127.0.0.1:0'\n");
-        dir.write("mavswitch.toml", &(general + &endpoint("fc") + &endpoint("gcs")));
+        let endpoints = ["fc", "gcs"].map(|name| endpoint(name, "tcpin:127.0.0.1:0", ""));
+        dir.write("mavswitch.toml", &(general + &endpoints.concat()));
         path
     };
     let records = general("one");
@@ -264,13 +232,7 @@ fn a_reload_does_not_wait_for_a_disk_that_stands_still() {
 fn what_is_told_of_a_record_is_what_is_in_its_file() {
     let dir = TempDir::new();
     let records = dir.path("records");
-    let router = Router::start(&[
-        "--record",
-        records.to_str().unwrap(),
-        "--record-min-free=0",
-        "tcpin:127.0.0.1:0?name=fc",
-        "tcpin:127.0.0.1:0?name=gcs",
-    ]);
+    let router = Router::start(&recording(&records, &[]));
     assert_eq!(status(&router).reason.as_deref(), Some("no frame has come yet"));
     let mut vehicle = router.tcp("fc", VEHICLE);
     let mut gcs = router.tcp("gcs", GCS);

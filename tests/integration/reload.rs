@@ -1,7 +1,6 @@
 //! SIGHUP, and the request for the same: what is right takes effect and cuts off nobody who stays; what is wrong changes nothing.
 
 use std::fs;
-use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -11,31 +10,13 @@ use rustix::process::Signal;
 
 use crate::harness::*;
 
-/// A router with a configuration file of its own.
-struct Scene {
-    router: Router,
-    file: PathBuf,
-    _dir: TempDir,
-}
-
 impl Scene {
-    fn start(text: &str, arguments: &[&str]) -> Self {
-        let dir = TempDir::new();
-        let file = dir.write("mavswitch.toml", text);
-        let mut all = vec!["-c", path(&file)];
-        all.extend(arguments);
-        Self { router: Router::start(&all), file, _dir: dir }
-    }
-
     /// Writes another configuration and waits until it holds; gives the lines of the log about it.
+    #[track_caller]
     fn change(&self, text: &str) -> Vec<String> {
-        fs::write(&self.file, text).unwrap();
+        self.write(text);
         reload(&self.router)
     }
-}
-
-fn path(file: &Path) -> &str {
-    file.to_str().unwrap()
 }
 
 /// Asks for a reload and waits for its end; gives the lines of the log since.
@@ -51,11 +32,6 @@ fn reload(router: &Router) -> Vec<String> {
 fn assert_told(lines: &[String], words: &[&str]) {
     let is_told = lines.iter().any(|line| words.iter().all(|word| line.contains(word)));
     assert!(is_told, "no line with {words:?} in {lines:#?}");
-}
-
-/// An endpoint in the file.
-fn endpoint(name: &str, address: &str, options: &str) -> String {
-    format!("[endpoint.{name}]\naddress = \"{address}\"\n{options}\n")
 }
 
 fn tcp_and_udp() -> String {

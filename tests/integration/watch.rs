@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 
-use mavswitch::control::{Answer, Client, Request};
+use mavswitch::control::{Answer, Request};
 use mavswitch::status::{FrameFate, Why};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
@@ -14,7 +14,7 @@ use crate::harness::*;
 const UDP_AND_TCP: [&str; 2] = ["udpin:127.0.0.1:0?name=radio", "tcpin:127.0.0.1:0?name=gcs"];
 
 fn why(router: &Router, from: &str, to: &str, message: &str) -> Why {
-    let mut client = Client::connect(Some(&router.control())).expect("a daemon that answers");
+    let mut client = router.client();
     let (from, to, message) = (from.to_owned(), to.to_owned(), Some(message.to_owned()));
     match client.ask(Request::Why { from, to, message, mavlink: None, signed: None }).unwrap() {
         Answer::Why(why) => *why,
@@ -24,9 +24,7 @@ fn why(router: &Router, from: &str, to: &str, message: &str) -> Why {
 
 /// `mavswitch COMMAND...`, asking this router.
 fn ask(router: &Router, arguments: &[&str]) -> String {
-    let control = router.control();
-    let control = ["--control", control.to_str().expect("a path")];
-    let output = run(&[arguments, &control].concat());
+    let output = router.ask(arguments);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     text + &String::from_utf8_lossy(&output.stderr)
 }

@@ -6,8 +6,8 @@ use std::net::{SocketAddr, TcpStream};
 use std::os::unix::net::UnixStream;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use mavswitch::control::{Answer, Client, ClientError, Request};
-use mavswitch::mavlink::{CheckedFrame, Component, FrameBuffer, Header, Key, Timestamp};
+use mavswitch::control::{Answer, ClientError, Request};
+use mavswitch::mavlink::{Component, Key, Timestamp};
 
 use crate::Clock;
 use crate::harness::*;
@@ -24,14 +24,10 @@ const SIGNER: Component = Component::new(60, 190);
 /// How long nobody waits for an answer in vain.
 const SOON: Duration = Duration::from_millis(200);
 
-fn client(scene: &Scene) -> Client {
-    Client::connect(Some(&scene.router.control())).expect("a daemon that answers")
-}
-
 /// A status client that takes each picture, and leaves in the middle of one.
 fn follower(scene: &Scene, clock: &Clock) {
     while !clock.is_over() {
-        let mut client = client(scene);
+        let mut client = scene.router.client();
         let follow = Request::Follow { interval_ms: 100 };
         client.send(follow).expect("a daemon that reads");
         let mut pictures = 0;
@@ -51,7 +47,7 @@ fn follower(scene: &Scene, clock: &Clock) {
 /// Clients that see each frame, and leave again.
 fn listeners(scene: &Scene, clock: &Clock) {
     while !clock.is_over() {
-        let mut client = client(scene);
+        let mut client = scene.router.client();
         client.send(Request::Listen { filter: String::new() }).expect("a daemon that reads");
         for _ in 0..500 {
             let _ = client.receive(SOON);
@@ -78,7 +74,7 @@ fn sleepers(scene: &Scene, clock: &Clock) {
 
 /// Prometheus, a browser, and somebody who never ends what he asks.
 fn scrapers(scene: &Scene, clock: &Clock) {
-    let address = scene.metrics();
+    let address = scene.router.metrics();
     let mut slow: Option<TcpStream> = None;
     let mut round = 0_usize;
     while goes_on(clock, 100) {
@@ -105,7 +101,7 @@ fn get(address: SocketAddr, path: &str) -> String {
 
 /// Adds, changes, switches and removes endpoints; a reload may have taken them away meanwhile.
 fn operator(scene: &Scene, clock: &Clock) {
-    let mut client = client(scene);
+    let mut client = scene.router.client();
     let mut ask = |request| match client.ask(request) {
         Ok(_) | Err(ClientError::Refused(_)) => {}
         Err(error) => panic!("{error}"),
@@ -142,7 +138,7 @@ fn signer(scene: &Scene, clock: &Clock) {
             // Somebody without the key is refused, before and after.
             peer.send(attitude(SIGNER, number));
             last = last.plus(1).max(now());
-            peer.send(signed(&heartbeat(SIGNER), &key, last));
+            peer.send(signed_by(&heartbeat(SIGNER), &key, last));
             while let Some(frame) = peer.try_receive(Duration::from_millis(1)) {
                 assert!(key.has_signed(&frame), "{frame:02x?}");
                 heard += 1;
@@ -157,13 +153,6 @@ fn signer(scene: &Scene, clock: &Clock) {
 
 fn now() -> Timestamp {
     Timestamp::from_unix(SystemTime::now().duration_since(UNIX_EPOCH).expect("a clock"))
-}
-
-fn signed(frame: &[u8], key: &Key, at: Timestamp) -> Vec<u8> {
-    let header = Header::parse(frame).expect("a frame");
-    let frame = CheckedFrame { bytes: frame, header, target: header.source, verified: true };
-    let mut buffer = FrameBuffer::default();
-    buffer.sign(&frame, key, 1, at).expect("an unsigned frame of MAVLink 2").bytes.to_vec()
 }
 
 /// Holds that no more records are kept than are wanted; the one that is written may come on top.

@@ -1,8 +1,8 @@
 //! The program, and the places around it where trouble comes from.
 
-use std::fs::{self, Permissions};
+use std::fs;
 use std::net::SocketAddr;
-use std::os::unix::fs::{PermissionsExt, symlink};
+use std::os::unix::fs::symlink;
 use std::path::PathBuf;
 
 use rustix::process::Signal;
@@ -28,8 +28,7 @@ pub(crate) struct Scene {
 impl Scene {
     pub(crate) fn set() -> Self {
         let (dir, server) = (TempDir::new(), TcpServer::down());
-        let key = dir.write("radio.key", &format!("passphrase:{PASSPHRASE}"));
-        fs::set_permissions(key, Permissions::from_mode(0o600)).unwrap();
+        dir.key_file("radio", PASSPHRASE);
         let file = dir.path("mavswitch.toml");
         let address = server.address();
         fs::write(&file, text(&dir, address, 0)).unwrap();
@@ -69,13 +68,6 @@ impl Scene {
     /// What the kernel threw away in front of the router's socket for those whose links are well.
     pub(crate) fn dropped_on_the_way_in(&self) -> u64 {
         dropped_at(self.router.address("udp").port())
-    }
-
-    /// Where the router tells of itself by HTTP.
-    pub(crate) fn metrics(&self) -> SocketAddr {
-        let line = self.router.log.wait_for(&["metrics and status page at http://"]);
-        let rest = line.split("http://").nth(1).unwrap();
-        rest.trim_end().trim_end_matches('/').parse().unwrap()
     }
 
     /// How many records there are.

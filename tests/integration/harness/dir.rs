@@ -1,7 +1,8 @@
 //! A directory of its own for each test, gone when the test is over.
 
-use std::fs;
+use std::fs::{self, Permissions};
 use std::io::ErrorKind;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -37,6 +38,14 @@ impl TempDir {
         let path = self.path(name);
         fs::write(&path, text).expect("a file in the test's directory");
         path
+    }
+
+    /// Writes the file of a key that is made of a passphrase, which nobody else can read; gives it as
+    /// `--key` wants it: `NAME=PATH`.
+    pub(crate) fn key_file(&self, name: &str, passphrase: &str) -> String {
+        let path = self.write(&format!("{name}.key"), &format!("passphrase:{passphrase}"));
+        fs::set_permissions(&path, Permissions::from_mode(0o600)).expect("a file of ours");
+        format!("{name}={}", path.display())
     }
 }
 

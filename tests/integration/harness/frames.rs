@@ -1,7 +1,8 @@
 //! Frames with readable names, for the tests to send.
 
 use mavswitch::mavlink::{
-    Component, Crc, FrameSpec, MessageId, Version, encode, implied_extra, trimmed,
+    CheckedFrame, Component, Crc, FrameBuffer, FrameSpec, Header, Key, MessageId, Timestamp,
+    Version, encode, implied_extra, trimmed,
 };
 
 /// A message: its id, its CRC_EXTRA and the length of its payload.
@@ -242,4 +243,12 @@ pub(crate) fn every_shape(from: Component) -> Vec<Vec<u8>> {
         ftp_full_of_start_bytes(from, everybody, 3),
         unknown(from, 1),
     ]
+}
+
+/// A frame of MAVLink 2 as somebody with the key sends it at that time.
+pub(crate) fn signed_by(frame: &[u8], key: &Key, at: Timestamp) -> Vec<u8> {
+    let header = Header::parse(frame).expect("a frame");
+    let frame = CheckedFrame { bytes: frame, header, target: header.source, verified: true };
+    let mut buffer = FrameBuffer::default();
+    buffer.sign(&frame, key, 1, at).expect("an unsigned frame of MAVLink 2").bytes.to_vec()
 }

@@ -4,6 +4,7 @@
 //! [`PATIENCE`] is an upper bound for things that are to happen, never a measure.
 
 mod again;
+mod asking;
 mod condition;
 mod cutter;
 mod dir;
@@ -18,6 +19,7 @@ mod port;
 mod process;
 mod pty;
 mod router;
+mod scene;
 mod schedule;
 mod tcp;
 mod terminal;
@@ -37,6 +39,7 @@ pub(crate) use port::FreePort;
 pub(crate) use process::eventually;
 pub(crate) use pty::{Pty, PtyWire};
 pub(crate) use router::{PROGRAM, Router, run, run_command};
+pub(crate) use scene::{Scene, endpoint, path, recording};
 pub(crate) use schedule::{Lateness, Schedule, millis, quantile};
 pub(crate) use tcp::{TcpServer, TcpWire, blackhole};
 pub(crate) use terminal::{Terminal, quoted};

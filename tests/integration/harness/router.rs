@@ -312,9 +312,9 @@ fn seen(component: Component) -> String {
     format!("component {component} seen on ")
 }
 
-/// The address at the start of `text`; a quotation mark of JSON may follow.
-fn first_word(text: &str) -> SocketAddr {
-    let end = text.find(|c: char| c.is_whitespace() || c == '"').unwrap_or(text.len());
+/// The address at the start of `text`; a quotation mark of JSON or a path may follow.
+pub(super) fn first_word(text: &str) -> SocketAddr {
+    let end = text.find(|c: char| c.is_whitespace() || c == '"' || c == '/').unwrap_or(text.len());
     let word = &text[..end];
     word.parse().unwrap_or_else(|_| panic!("{word:?} is no address"))
 }
