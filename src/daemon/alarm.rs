@@ -98,7 +98,7 @@ mod tests {
         let mut events = Events::with_capacity(4);
         for round in 0..2 {
             poll.poll(&mut events, None).unwrap();
-            let tokens: Vec<Token> = events.iter().map(|event| event.token()).collect();
+            let tokens: Vec<Token> = events.iter().map(mio::event::Event::token).collect();
             assert_eq!(tokens, [TOKEN], "round {round}");
             alarm.handle_event();
             assert_eq!(alarm.wait_for(far + NEAR, || far), None, "it is set again");
