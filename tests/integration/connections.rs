@@ -89,7 +89,7 @@ fn a_server_that_restarts_ten_times_is_called_again_each_time() {
         drop(vehicle);
         server.up();
     }
-    assert!(router.log.has(&["out: link #", " down: "]));
+    router.log.wait_for(&["out: link #", " down: "]);
 }
 
 #[test]

@@ -90,7 +90,8 @@ fn on_a_terminal_a_bar_shows_how_far_a_replay_is() {
         return;
     }
     let dir = TempDir::new();
-    let log = dull_flight(&dir, 5_000);
+    // Ten seconds in which it is to be seen.
+    let log = dull_flight(&dir, 10_000);
     let endpoint = format!("tlog:{}?speed=1000&name=flight", log.display());
     let words = [PROGRAM, "--control", "off", &endpoint, "tcpin:127.0.0.1:0?name=gcs"];
     let line = words.map(quoted).join(" ");
