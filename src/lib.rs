@@ -26,6 +26,7 @@ pub mod link;
 pub mod listen;
 pub mod mavlink;
 pub mod own;
+mod printable;
 pub mod record;
 pub mod routing;
 pub mod sim;

@@ -9,7 +9,7 @@ use clap::{Args, Subcommand};
 
 use crate::config::{Address, DialectFileError, EndpointConfig, LogLevel};
 use crate::control::{Answer, Client, ClientError, Request};
-use crate::listen::escape_json;
+use crate::printable::escape_json;
 use crate::record::look_at_log;
 use crate::status::to_text;
 

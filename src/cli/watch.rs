@@ -9,8 +9,9 @@ use clap::Args;
 use super::ask::{AskArgs, AskError};
 use crate::config::load_layouts;
 use crate::control::{Answer, Client, ClientError, Request};
-use crate::listen::{Frames, Reader, SeenFrame, Widths, escape_json};
+use crate::listen::{Frames, Reader, SeenFrame, Widths};
 use crate::mavlink::{Dialect, Layouts};
+use crate::printable::escape_json;
 use crate::status::diagnosis_text;
 
 /// What to explain.

@@ -11,6 +11,7 @@ use super::endpoint_table::EndpointId;
 use super::event_loop::Daemon;
 use super::timers::Timer;
 use crate::mavlink::Component;
+use crate::printable::printable;
 
 /// A list longer than this is told by its length alone: the status is one line.
 const LISTED: usize = 8;
@@ -68,7 +69,7 @@ impl Daemon {
             count => drop(write!(line, "; waiting for {count} endpoints")),
         }
         // A line that an odd name broke in two could say anything to the manager.
-        line.replace(char::is_control, "?")
+        printable(&line)
     }
 
     /// The endpoints that have links, and how many.

@@ -9,4 +9,4 @@ mod show;
 
 pub use filter::{FilterError, Selection, Wanted};
 pub use frames::{Frames, SeenFrame, from_hex, to_hex};
-pub use show::{Reader, Widths, escape_json};
+pub use show::{Reader, Widths};

@@ -7,6 +7,7 @@ use crate::mavlink::{
     Component, Crc, Definition, Dialect, Frame, Header, Layouts, Target, Value, Version,
     implied_extra,
 };
+use crate::printable::{escape_json, printable};
 
 /// Reads frames for who listens.
 pub struct Reader {
@@ -156,30 +157,6 @@ fn clock(time_us: u64) -> String {
     let (seconds, millis) = (time_us / 1_000_000, time_us / 1_000 % 1_000);
     let (hours, minutes) = (seconds / 3_600 % 24, seconds / 60 % 60);
     format!("{hours:02}:{minutes:02}:{:02}.{millis:03}", seconds % 60)
-}
-
-/// A name that moves no cursor.
-fn printable(name: &str) -> String {
-    name.chars().map(|c| if c.is_control() || is_odd(c) { '?' } else { c }).collect()
-}
-
-/// JSON that a terminal can be shown: what would command one is written as `\u009b`. It can stand
-/// in texts alone.
-pub fn escape_json(json: &str) -> String {
-    let mut escaped = String::with_capacity(json.len());
-    for c in json.chars() {
-        if is_odd(c) {
-            escaped += &format!("\\u{:04x}", u32::from(c));
-        } else {
-            escaped.push(c);
-        }
-    }
-    escaped
-}
-
-/// Whether it commands a terminal, or turns the order of what is behind it, and JSON lets it stand.
-fn is_odd(c: char) -> bool {
-    matches!(c, '\u{7f}'..='\u{9f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 fn to_json(value: &Value) -> Json {

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::printable::printable;
+
 /// A table; its rows are as long as its head.
 #[derive(Debug)]
 pub(super) struct Columns {
@@ -56,13 +58,6 @@ impl fmt::Display for Columns {
         }
         Ok(())
     }
-}
-
-/// A text that commands no terminal: names, peers and reasons are what somebody made them.
-pub(super) fn printable(text: &str) -> String {
-    let is_odd =
-        |c: char| c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-    text.replace(is_odd, "?")
 }
 
 #[cfg(test)]

@@ -1,8 +1,9 @@
 //! How recording is getting on, as text: tables for a terminal, and a line for the live view.
 
-use super::columns::{Columns, printable};
+use super::columns::Columns;
 use super::units::{bytes, number};
 use super::{FlightLogState, FlightLogStatus, RecordState, RecordStatus};
+use crate::printable::printable;
 
 const RECORD: &[&str] = &["RECORD", " FRAMES", " LOST", " FILES", " SIZE", "FILE"];
 const FLIGHT_LOGS: &[&str] = &["FLIGHT LOG OF", "STATE", " SIZE", " MISSING", "FILE"];

@@ -2,13 +2,14 @@
 
 use std::fmt::Write;
 
-use super::columns::{Columns, printable};
+use super::columns::Columns;
 use super::rates::{Rate, Rates};
 use super::record_text;
 use super::units::{bytes, number, percent, time};
 use super::{
     ArmedState, ComponentStatus, Counters, EndpointState, EndpointStatus, LinkStatus, Snapshot,
 };
+use crate::printable::printable;
 
 /// How many messages are told of: those that come most often.
 const TOP: usize = 10;

@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use super::columns::printable;
 use super::diagnosis::{Finding, diagnose};
 use super::snapshot::Snapshot;
 use super::why::{FrameFate, LinkFate, Why};
+use crate::printable::printable;
 
 impl Why {
     /// For people; `snapshot` tells who was heard instead, and what else looks wrong.

@@ -8,6 +8,7 @@ use ratatui::widgets::{Block, Cell, Clear, Paragraph, Row, Table};
 
 use super::app::{App, Key};
 use super::table::{self, Tone, View, rows};
+use crate::printable::printable;
 use crate::status::units::{bytes, number, time};
 use crate::status::{RecordState, RecordStatus, record_line};
 
@@ -200,7 +201,7 @@ fn foot(app: &App) -> Line<'static> {
     match &app.trouble {
         Some(trouble) => {
             let text = trouble.lines().next().unwrap_or_default();
-            Line::styled(text.replace(char::is_control, "?"), colour(app, Color::Red))
+            Line::styled(printable(text), colour(app, Color::Red))
         }
         None if app.is_typing => Line::from("type what rows must have  Enter done  Esc all rows"),
         None => Line::styled(KEYS, Style::new().add_modifier(Modifier::REVERSED)),

@@ -4,6 +4,7 @@ use std::cmp::Ordering;
 
 use super::app::{App, Key};
 use super::trace::Trace;
+use crate::printable::printable;
 use crate::status::units::{bytes, number, percent, time};
 use crate::status::{
     ArmedState, ComponentStatus, EndpointState, EndpointStatus, LinkStatus, MessageStatus,
@@ -157,7 +158,7 @@ fn compare(a: &Cell, b: &Cell) -> Ordering {
 fn words(text: impl Into<String>) -> Cell {
     // What a name or an answer of the network has that would move the cursor is shown as it is not.
     let text: String = text.into();
-    Cell { text: text.replace(char::is_control, "?"), order: Order::Text }
+    Cell { text: printable(&text), order: Order::Text }
 }
 
 fn value(value: f64, text: String) -> Cell {

@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{self, Thread};
 use std::time::Duration;
 
+use crate::printable::printable;
 use crate::record::bars;
 
 /// How often it is drawn.
@@ -50,7 +51,7 @@ impl Progress {
         }
         // What is in a name shall command no terminal.
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let name = name.replace(char::is_control, "?");
+        let name = printable(&name);
         let drawn = Arc::clone(figures);
         let draw = move || draw(&name, &drawn);
         let drawer = thread::Builder::new().name("progress".into()).spawn(draw)?;
