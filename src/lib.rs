@@ -32,5 +32,7 @@ pub mod routing;
 pub mod sim;
 pub mod status;
 #[cfg(test)]
+mod test_chance;
+#[cfg(test)]
 mod test_dir;
 pub mod top;

@@ -14,6 +14,7 @@ use crate::daemon::plan::is_internal;
 use crate::daemon::stage::daemon_of;
 use crate::mavlink::Key;
 use crate::routing::{Learn, LinkId, LinkOptions, RouterOptions};
+use crate::test_chance::Chance;
 
 /// A host that has whatever configuration the test wants.
 struct Desk {
@@ -198,39 +199,28 @@ const ADDRESSES: &[&str] = &[
     "serial:/dev/absent-1:57600,115200",
 ];
 
-/// Numbers as if by chance, the same for the same seed.
-struct Chance(u64);
+/// Configurations as if by chance.
+struct Maker(Chance);
 
-impl Chance {
-    fn below(&mut self, end: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        usize::try_from(self.0 % end as u64).unwrap()
-    }
-
-    fn choose<T: Copy>(&mut self, from: &[T]) -> T {
-        from[self.below(from.len())]
-    }
-
+impl Maker {
     fn endpoint(&mut self) -> String {
-        let address = self.choose(ADDRESSES);
+        let address = self.0.choose(ADDRESSES);
         let kind =
             AddressKind::ALL.iter().find(|kind| address.split(':').next() == Some(kind.scheme()));
         let mut text = format!("{address}?");
-        let has_group = self.below(3) == 0;
+        let has_group = self.0.below(3) == 0;
         for (spec, (_, values)) in OPTIONS.iter().zip(VALUES) {
             let is_wanted = match spec.name {
-                "name" => self.below(2) == 0,
+                "name" => self.0.below(2) == 0,
                 "group" => has_group,
                 _ if spec.needs.is_some() => {
                     let needed = format!("{}=", spec.needs.unwrap());
-                    text.contains(&needed) && self.below(2) == 0
+                    text.contains(&needed) && self.0.below(2) == 0
                 }
-                _ => self.below(12) == 0,
+                _ => self.0.below(12) == 0,
             };
             if is_wanted && !values.is_empty() && spec.is_for(*kind.unwrap()) {
-                text += &format!("{}={}&", spec.name, self.choose(values));
+                text += &format!("{}={}&", spec.name, self.0.choose(values));
             }
         }
         text.trim_end_matches(['?', '&']).to_owned()
@@ -238,24 +228,24 @@ impl Chance {
 
     /// Some of the endpoints of `before` as they are, some changed, and some that are new.
     fn endpoints(&mut self, before: &[String]) -> Vec<String> {
-        let kept = before.iter().filter(|_| self.below(3) > 0).cloned().collect::<Vec<_>>();
+        let kept = before.iter().filter(|_| self.0.below(3) > 0).cloned().collect::<Vec<_>>();
         let mut all: Vec<String> = kept;
-        (0..self.below(5)).for_each(|_| all.push(self.endpoint()));
+        (0..self.0.below(5)).for_each(|_| all.push(self.endpoint()));
         let swaps = all.len();
-        (0..swaps).for_each(|at| all.swap(at, self.0 as usize % swaps));
+        (0..swaps).for_each(|at| all.swap(at, self.0.below(swaps as u64) as usize));
         all
     }
 
     fn general(&mut self) -> General {
         let router = RouterOptions {
-            learn: self.choose(&[Learn::All, Learn::Heartbeat]),
-            strict: self.below(2) == 0,
-            route_age: self.choose(&[None, Some(Duration::from_secs(5))]),
-            sniffer: self.choose(&[None, Some(1), Some(200)]),
+            learn: self.0.choose(&[Learn::All, Learn::Heartbeat]),
+            strict: self.0.below(2) == 0,
+            route_age: self.0.choose(&[None, Some(Duration::from_secs(5))]),
+            sniffer: self.0.choose(&[None, Some(1), Some(200)]),
         };
         let own = OwnOptions {
-            system: self.choose(&[None, Some(1), Some(7)]),
-            component: self.choose(&[191, 25]),
+            system: self.0.choose(&[None, Some(1), Some(7)]),
+            component: self.0.choose(&[191, 25]),
         };
         General { router, own, ..General::default() }
     }
@@ -266,7 +256,7 @@ fn a_reload_leads_to_what_a_start_leads_to() {
     let names: Vec<&str> = VALUES.iter().map(|(name, _)| *name).collect();
     assert_eq!(names, OPTIONS.iter().map(|spec| spec.name).collect::<Vec<_>>());
     for seed in 1..=20 {
-        let mut chance = Chance(0x9e37_79b9_7f4a_7c15_u64.wrapping_mul(seed));
+        let mut chance = Maker(Chance::new(seed));
         let mut texts = chance.endpoints(&[]);
         let host = desk();
         let mut daemon = start(config(&texts, &chance.general()), Arc::clone(&host));

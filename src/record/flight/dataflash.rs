@@ -9,8 +9,8 @@ use super::session::{Phase, Session, Turn};
 use crate::routing::Time;
 
 /// Numbers that are none: MAV_REMOTE_LOG_DATA_BLOCK_STOP and MAV_REMOTE_LOG_DATA_BLOCK_START.
-const STOP: u32 = 2_147_483_645;
-const START: u32 = 2_147_483_646;
+pub(super) const STOP: u32 = 2_147_483_645;
+pub(super) const START: u32 = 2_147_483_646;
 
 /// How long a block is waited for before the vehicle is asked again to begin, or to stop.
 const AGAIN: Duration = Duration::from_secs(1);

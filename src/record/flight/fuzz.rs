@@ -163,8 +163,8 @@ impl Sink for File {
 
 #[cfg(test)]
 mod tests {
-    use super::super::stage::Chance;
     use super::*;
+    use crate::test_chance::Chance;
 
     /// A step that sends this piece of a ULog, or this block.
     fn sent(what: u8, head: &[u8], data: &[u8]) -> Vec<u8> {

@@ -13,28 +13,7 @@ use super::session::{Session, Turn};
 use super::sink::Sink;
 use crate::mavlink::{Component, FrameSpec, MessageId};
 use crate::routing::Time;
-
-/// Chance with a seed.
-pub(super) struct Chance(u64);
-
-impl Chance {
-    pub(super) fn new(seed: u64) -> Self {
-        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
-    }
-
-    /// A number below `end`.
-    pub(super) fn below(&mut self, end: u64) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) % end
-    }
-
-    /// Whether it happens, in so many of a hundred cases.
-    pub(super) fn happens(&mut self, percent: u64) -> bool {
-        self.below(100) < percent
-    }
-}
+use crate::test_chance::Chance;
 
 /// A flight stack that has a log to send.
 pub(super) trait FlightStack {

@@ -6,9 +6,10 @@ use std::{fs, io, thread};
 use super::super::message::{STOP, UlogPiece};
 use super::super::stage::ardupilot::ArduPilot;
 use super::super::stage::px4::{Px4, log, pieces};
-use super::super::stage::{Chance, FlightStack, Line, frame, from_autopilot};
+use super::super::stage::{FlightStack, Line, frame, from_autopilot};
 use super::*;
 use crate::record::{RecordState, RecordStatus, Recorder};
+use crate::test_chance::Chance;
 use crate::test_dir::TestDir;
 
 const LIMIT: Duration = Duration::from_secs(60);

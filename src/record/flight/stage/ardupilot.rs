@@ -2,13 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use super::super::dataflash::{START, STOP};
 use super::super::message::{BLOCK, Heard, REMOTE_LOG_BLOCK_STATUS, Said};
-use super::{Chance, FlightStack};
+use super::FlightStack;
 use crate::routing::Time;
-
-/// MAV_REMOTE_LOG_DATA_BLOCK_STOP and MAV_REMOTE_LOG_DATA_BLOCK_START.
-const STOP: u32 = 2_147_483_645;
-const START: u32 = 2_147_483_646;
+use crate::test_chance::Chance;
 
 /// How many blocks it has under way at once.
 const WINDOW: usize = 80;

@@ -4,8 +4,9 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::super::message::{COMMAND_LONG, Heard, LOGGING_ACK, START, Said, UlogPiece};
-use super::{Chance, FlightStack};
+use super::FlightStack;
 use crate::routing::Time;
+use crate::test_chance::Chance;
 
 /// A log as PX4 makes it: a header, and messages of all sizes.
 pub(in super::super) fn log(chance: &mut Chance, messages: usize) -> Vec<u8> {
