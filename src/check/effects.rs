@@ -102,5 +102,5 @@ fn too_few(endpoints: &[Endpoint]) -> Option<Finding> {
 
 /// Whether an endpoint can have several links.
 fn is_listener(endpoint: &Endpoint) -> bool {
-    matches!(endpoint.config.address.kind(), AddressKind::UdpIn | AddressKind::TcpIn)
+    endpoint.config.address.kind().is_server()
 }

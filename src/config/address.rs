@@ -127,6 +127,14 @@ impl AddressKind {
         Self::Sim,
     ];
 
+    /// Those that stay open while peers come and go, each with a link of its own.
+    pub const SERVERS: &[Self] = &[Self::UdpIn, Self::TcpIn];
+
+    /// Whether it is one of [`AddressKind::SERVERS`].
+    pub fn is_server(self) -> bool {
+        Self::SERVERS.contains(&self)
+    }
+
     /// The canonical scheme: `udpin`.
     pub fn scheme(self) -> &'static str {
         match self {
@@ -148,7 +156,8 @@ impl AddressKind {
         SCHEMES.iter().map(|(spelling, _)| *spelling)
     }
 
-    fn from_scheme(scheme: &str) -> Option<Self> {
+    /// The kind that a scheme stands for, in any of its spellings.
+    pub(crate) fn from_scheme(scheme: &str) -> Option<Self> {
         let is_it = |known: &str| known.eq_ignore_ascii_case(scheme);
         let known = SCHEMES.iter().find(|(known, _)| is_it(known));
         known.map(|(_, kind)| *kind)

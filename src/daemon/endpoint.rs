@@ -269,7 +269,7 @@ impl Endpoint {
 
     /// Whether it has as many links as there are peers, and stays open when one goes.
     pub(super) fn is_server(&self) -> bool {
-        matches!(self.config.address, Address::TcpIn(_) | Address::UdpIn(_))
+        self.config.address.kind().is_server()
     }
 
     /// What its host means is asked anew the next time.

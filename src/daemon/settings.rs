@@ -8,8 +8,8 @@ use std::time::Duration;
 use super::endpoint::Endpoint;
 use super::error::StartError;
 use crate::config::{
-    Address, AddressKind, Device, EndpointConfig, EndpointOptions, FilterOptions, KeyRef,
-    MAX_ENDPOINTS, MessageRef, message_hint,
+    Address, Device, EndpointConfig, EndpointOptions, FilterOptions, KeyRef, MAX_ENDPOINTS,
+    MessageRef, message_hint,
 };
 use crate::mavlink::{Dialect, MessageId, Recipes, SystemMap, Version};
 use crate::routing::{Capacity, FilterLists, GateOptions, LinkOptions, RateCap, Sign, Verify};
@@ -55,7 +55,7 @@ impl Settings {
         if !options.heartbeats {
             filter_out.block_messages.push(MessageId::HEARTBEAT);
         }
-        let is_server = matches!(config.address.kind(), AddressKind::UdpIn | AddressKind::TcpIn);
+        let is_server = config.address.kind().is_server();
         let gate = gate_options(&name, options, is_server, dialect)?;
         Ok(Self { config, filter_in, filter_out, caps, gate })
     }

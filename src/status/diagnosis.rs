@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::snapshot::{
     ComponentStatus, EndpointState, EndpointStatus, LinkStatus, MessageStatus, Snapshot,
 };
+use crate::config::AddressKind;
 
 /// Something that looks wrong.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -89,8 +90,10 @@ fn noise(endpoint: &EndpointStatus, link: &LinkStatus) -> Option<Finding> {
     let (garbage, damaged) = (counters.garbage_bytes, counters.bad_crc);
     if counters.frames_in == 0 && garbage > FEW_BYTES {
         let problem = format!("{garbage} bytes came from {}, and no frame in them", remote(link));
-        let remedy = match scheme(endpoint) {
-            "serial" => "is the baud rate right, and does the other side speak MAVLink?",
+        let remedy = match kind(endpoint) {
+            Some(AddressKind::Serial) => {
+                "is the baud rate right, and does the other side speak MAVLink?"
+            }
             _ => "does the other side speak MAVLink?",
         };
         return Some(Finding::at(endpoint, problem, remedy));
@@ -101,8 +104,8 @@ fn noise(endpoint: &EndpointStatus, link: &LinkStatus) -> Option<Finding> {
             remote(link),
             counters.frames_in
         );
-        let remedy = match scheme(endpoint) {
-            "serial" => {
+        let remedy = match kind(endpoint) {
+            Some(AddressKind::Serial) => {
                 "a bad cable, a baud rate a little off, no flow control, or two senders at once"
             }
             _ => "they were damaged before they were sent: a radio, or a program that is wrong",
@@ -121,9 +124,9 @@ fn noise(endpoint: &EndpointStatus, link: &LinkStatus) -> Option<Finding> {
     None
 }
 
-/// The scheme of an endpoint's address: `udpin`.
-fn scheme(endpoint: &EndpointStatus) -> &str {
-    endpoint.address.split(':').next().unwrap_or_default()
+/// The kind of an endpoint's address, if it is one that can be configured.
+fn kind(endpoint: &EndpointStatus) -> Option<AddressKind> {
+    AddressKind::from_scheme(endpoint.address.split(':').next().unwrap_or_default())
 }
 
 /// Who is at the other end, without our own address.
@@ -133,8 +136,8 @@ fn remote(link: &LinkStatus) -> &str {
 
 fn nobody(endpoint: &EndpointStatus) -> Option<Finding> {
     let is_open = endpoint.state == EndpointState::Listening && endpoint.links.is_empty();
-    let remedy = match scheme(endpoint) {
-        "tcpin" => {
+    let remedy = match kind(endpoint) {
+        Some(AddressKind::TcpIn) => {
             "does the other side connect to this address and port? Firewalls keep connections out"
         }
         _ => {
@@ -173,30 +176,30 @@ fn refused_peers(endpoint: &EndpointStatus) -> Vec<Finding> {
 fn silence(endpoint: &EndpointStatus, link: &LinkStatus) -> Option<Finding> {
     let counters = &link.counters;
     if counters.frames_in == 0 && counters.garbage_bytes <= FEW_BYTES {
-        let is_serial = scheme(endpoint) == "serial";
+        let is_serial = kind(endpoint) == Some(AddressKind::Serial);
         if link.up_ago_ms < if is_serial { UNHEARD_SERIAL_MS } else { SILENT_MS } {
             return None;
         }
         let problem = format!("no frame has ever come from {}", remote(link));
-        return Some(Finding::at(endpoint, problem, who_never_spoke(scheme(endpoint))));
+        return Some(Finding::at(endpoint, problem, who_never_spoke(kind(endpoint))));
     }
     let silent = link.heard_ago_ms.filter(|ago| *ago > SILENT_MS && counters.frames_in > 0)?;
     let problem = format!("{} has been silent for {} s", remote(link), silent / 1_000);
     Some(Finding::at(endpoint, problem, "is the other side still on, and in reach?"))
 }
 
-/// What to do about somebody who never spoke, by the scheme of the endpoint.
-fn who_never_spoke(scheme: &str) -> &'static str {
-    match scheme {
-        "serial" => {
+/// What to do about somebody who never spoke, by the kind of the endpoint.
+fn who_never_spoke(kind: Option<AddressKind>) -> &'static str {
+    match kind {
+        Some(AddressKind::Serial) => {
             "is the port set to MAVLink there? Are RX and TX swapped, is ground joined, is there \
              power?"
         }
-        "udpout" | "udpbcast" | "mcast" => {
+        Some(AddressKind::UdpOut | AddressKind::UdpBroadcast | AddressKind::Multicast) => {
             "does anybody listen there? It has to answer to the port that it was sent from; is a \
              firewall between?"
         }
-        "tcpin" | "tcpout" => {
+        Some(AddressKind::TcpIn | AddressKind::TcpOut) => {
             "it is connected: does it speak MAVLink, or does it wait for somebody to speak first?"
         }
         _ => "is the other side on, and does it speak MAVLink?",

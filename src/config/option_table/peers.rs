@@ -2,7 +2,7 @@
 
 use super::put;
 use super::row::flag;
-use crate::config::address::AddressKind::{Multicast, TcpIn, TcpOut, UdpBroadcast, UdpIn};
+use crate::config::address::AddressKind::{self, Multicast, TcpIn, TcpOut, UdpBroadcast, UdpIn};
 use crate::config::network;
 use crate::config::option_spec::OnChange::InPlace;
 use crate::config::option_spec::OptionSpec;
@@ -17,7 +17,7 @@ pub(super) const PEERS: &[OptionSpec] = &[
         expects: "a whole number of 1 to 1000",
         help: "how many peers may be there at the same time",
         default: Some("64"),
-        applies_to: &[UdpIn, TcpIn],
+        applies_to: AddressKind::SERVERS,
         needs: None,
         on_change: InPlace,
         set: |to, text| put(&mut to.options.max_peers, value::number(text, 1..=1000)),
@@ -31,7 +31,7 @@ pub(super) const PEERS: &[OptionSpec] = &[
                   commas between",
         help: "who may be a peer: only these networks and addresses",
         default: None,
-        applies_to: &[UdpIn, TcpIn],
+        applies_to: AddressKind::SERVERS,
         needs: None,
         on_change: InPlace,
         set: |to, text| put(&mut to.options.allow_from, network::networks(text)),
