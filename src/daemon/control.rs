@@ -229,8 +229,10 @@ impl Daemon {
             Request::EndpointEnable { name } => self.request_enabled(&name, true),
             Request::EndpointDisable { name } => self.request_enabled(&name, false),
             Request::Why { from, to, message, mavlink, signed } => {
-                let shape = FrameShape { mavlink, signed };
-                self.request_why(&from, &to, message.as_deref(), shape)
+                match FrameShape::new(mavlink, signed) {
+                    Ok(shape) => self.request_why(&from, &to, message.as_deref(), shape),
+                    Err(text) => Answer::Error(text),
+                }
             }
             Request::Listen { filter } => self.begin_listen(slot, id, &filter),
             Request::Record { enabled } => self.request_record(enabled),

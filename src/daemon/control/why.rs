@@ -5,7 +5,6 @@ use crate::config::message_hint;
 use crate::control::Answer;
 use crate::mavlink::{
     CheckedFrame, Component, Definition, FrameSpec, Header, MessageId, SIGNATURE, Target, Version,
-    encode,
 };
 use crate::routing::{Explanation, Fate, LinkId, Missing, Way};
 use crate::status::{FrameFate, LinkFate, Why};
@@ -13,52 +12,50 @@ use crate::status::{FrameFate, LinkFate, Why};
 /// How many places a frame may come from that are looked at.
 const MAX_ORIGINS: usize = 8;
 
-/// What is asked about if no message is named: one that is for everybody, and one that is for the
-/// target alone.
-const HEARTBEAT: MessageId = MessageId(0);
+/// What is asked about if no message is named: beside HEARTBEAT, which is for everybody, one that is
+/// for the target alone.
 const COMMAND_LONG: MessageId = MessageId(76);
 
 /// How a frame looks that is asked about, as far as that was said.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FrameShape {
-    /// 1 or 2; MAVLink 2 if it was not said.
-    pub(super) mavlink: Option<u8>,
-    /// Whether it is signed; if it was not said, it is where signatures are asked for.
-    pub(super) signed: Option<bool>,
+    version: Version,
+    /// Whether it is signed; if it was not said, it is where signatures are asked for. MAVLink 1 never
+    /// is.
+    signed: Option<bool>,
 }
 
 impl FrameShape {
-    /// Holds that a message can have this shape.
-    fn check(self, message: &Definition) -> Result<(), String> {
-        match (self.mavlink, self.signed) {
+    /// `mavlink`: 1 or 2; MAVLink 2 if it was not said.
+    pub(super) fn new(mavlink: Option<u8>, signed: Option<bool>) -> Result<Self, String> {
+        match (mavlink, signed) {
             (Some(1), Some(true)) => {
                 Err("MAVLink 1 cannot be signed: ask about MAVLink 2, or about what is not signed"
                     .into())
             }
-            (Some(1), _) if message.id.0 > 255 => {
-                Err(format!("{} has an id above 255: MAVLink 1 does not have it", message.name))
-            }
-            (None | Some(1 | 2), _) => Ok(()),
+            (Some(1), _) => Ok(Self { version: Version::V1, signed: Some(false) }),
+            (None | Some(2), _) => Ok(Self { version: Version::V2, signed }),
             (Some(other), _) => Err(format!("there is no MAVLink {other}: expected 1 or 2")),
         }
+    }
+
+    /// Holds that a message can have this shape.
+    fn check(self, message: &Definition) -> Result<(), String> {
+        if self.version == Version::V1 && message.id.0 > 255 {
+            return Err(format!(
+                "{} has an id above 255: MAVLink 1 does not have it",
+                message.name
+            ));
+        }
+        Ok(())
     }
 
     /// A frame of this shape, of nothing but zeros; its signature is no good.
     fn frame(self, message: &Definition, source: Component, is_signed: bool) -> Vec<u8> {
         let payload = vec![0; usize::from(message.base_len.min(255))];
-        let version = if self.mavlink == Some(1) { Version::V1 } else { Version::V2 };
-        let spec = FrameSpec {
-            version,
-            seq: 0,
-            source,
-            id: message.id,
-            crc_extra: message.crc_extra,
-            payload: &payload,
-            signature: is_signed.then_some([0; SIGNATURE]),
-        };
-        let mut bytes = Vec::new();
-        encode(&spec, &mut bytes);
-        bytes
+        let spec = FrameSpec::new(source, message.id, message.crc_extra, &payload);
+        let signature = is_signed.then_some([0; SIGNATURE]);
+        FrameSpec { version: self.version, signature, ..spec }.to_frame()
     }
 }
 
@@ -99,8 +96,8 @@ impl Daemon {
         }
         let messages = match message {
             Some(name) => vec![self.message(name)?],
-            None if self.target_of(&hearer).system == 0 => vec![self.known(HEARTBEAT)?],
-            None => vec![self.known(HEARTBEAT)?, self.known(COMMAND_LONG)?],
+            None if self.target_of(&hearer).system == 0 => vec![self.known(MessageId::HEARTBEAT)?],
+            None => vec![self.known(MessageId::HEARTBEAT)?, self.known(COMMAND_LONG)?],
         };
         messages.iter().try_for_each(|message| shape.check(message))?;
         let (origins, wanted) = (self.origins(&sender), self.links_where(&hearer));
@@ -226,9 +223,7 @@ impl Daemon {
         // On that link both may have other ids than here.
         let (from, to) =
             (self.router.on_the_wire(link, source), self.router.on_the_wire(link, target));
-        let is_signed = shape
-            .signed
-            .unwrap_or_else(|| shape.mavlink != Some(1) && self.router.asks_for_signatures(link));
+        let is_signed = shape.signed.unwrap_or_else(|| self.router.asks_for_signatures(link));
         let bytes = shape.frame(definition, from, is_signed);
         let header = Header::parse(&bytes).ok()?;
         let frame = CheckedFrame { bytes: &bytes, header, target: to, verified: true };
