@@ -8,7 +8,7 @@ use clap::{Args, Subcommand};
 use crate::config::{DialectFileError, MessageRef, ids, load_dialect, message_hint, messages};
 use crate::mavlink::{Dialect, MessageId, TooManyDefinitions};
 use crate::record::tools::{Copied, ToolError, filter, info, merge};
-use crate::record::{Moment, Selection, is_empty_part};
+use crate::record::{Moment, Selection};
 use crate::routing::FilterLists;
 
 /// What can be done with telemetry logs (.tlog).
@@ -175,10 +175,7 @@ fn told(copied: Copied) -> String {
 
 impl Part {
     fn select(&self, lists: &FilterLists) -> Result<Selection, LogError> {
-        if is_empty_part(self.from, self.to) {
-            return Err(LogError::EmptyPart);
-        }
-        Ok(Selection::new(self.from, self.to, lists))
+        Selection::new(self.from, self.to, lists).ok_or(LogError::EmptyPart)
     }
 }
 

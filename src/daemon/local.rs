@@ -101,7 +101,7 @@ impl Daemon {
         self.open_local(index, &options.to_string(), swarm).map(drop)
     }
 
-    /// Adds a part of the program itself, with an endpoint that no configuration names; `None` if
+    /// Adds a part of the program itself, with an endpoint that no configuration names, and its link; `None` if
     /// there are too many links or endpoints.
     ///
     /// It stays until [`Daemon::remove_endpoint`].
@@ -111,7 +111,7 @@ impl Daemon {
         options: EndpointOptions,
         hears: &[MessageId],
         peer: Box<dyn LocalPeer>,
-    ) -> Option<EndpointId> {
+    ) -> Option<(EndpointId, LinkId)> {
         let settings = Settings {
             config: EndpointConfig { address: Address::Internal(name), options },
             filter_in: FilterLists::default(),
@@ -120,11 +120,11 @@ impl Daemon {
             gate: GateOptions::default(),
         };
         let index = self.insert_endpoint(settings)?;
-        if self.open_local(index, name, peer).is_err() {
+        let Ok(link) = self.open_local(index, name, peer) else {
             self.remove_endpoint(index, "there are too many links");
             return None;
-        }
-        Some(index)
+        };
+        Some((index, link))
     }
 
     /// Routes what the other side of a link inside the program has to say.

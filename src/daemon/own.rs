@@ -8,7 +8,6 @@ use std::time::Duration;
 
 use tracing::warn;
 
-use super::endpoint::State;
 use super::endpoint_table::EndpointId;
 use super::event_loop::Daemon;
 use super::links::Link;
@@ -110,12 +109,8 @@ impl Daemon {
     fn start_own(&mut self, role: Role) {
         let component = Shared(Rc::new(RefCell::new(OwnComponent::new(role.id()))));
         let (options, peer) = (EndpointOptions::default(), Box::new(component.clone()));
-        let endpoint = self.add_internal("own-component", options, &OwnComponent::HEARS, peer);
-        let up = endpoint.and_then(|index| match self.io.endpoints[index].state {
-            State::Up(link) => Some((index, link)),
-            _ => None,
-        });
-        let Some((endpoint, link)) = up else {
+        let added = self.add_internal("own-component", options, &OwnComponent::HEARS, peer);
+        let Some((endpoint, link)) = added else {
             return warn!("cannot be a component: there are too many links or endpoints");
         };
         self.own.at_work = Some(AtWork { endpoint, link, component });

@@ -5,7 +5,6 @@ use std::time::{Duration, SystemTime};
 
 use tracing::{info, warn};
 
-use super::endpoint::State;
 use super::endpoint_table::EndpointId;
 use super::error::StartError;
 use super::event_loop::Daemon;
@@ -14,6 +13,7 @@ use crate::config::{Address, EndpointOptions, FlightLog, RecordOptions};
 use crate::record::{
     self, Collector, FlightProgress, Phase, Recorder, Replay, ReplayOptions, look_at_log,
 };
+use crate::routing::LinkId;
 use crate::status::{FlightLogState, FlightLogStatus, RecordState, RecordStatus};
 
 /// How long the writer may take at the end for what waits: a card that hangs keeps nobody.
@@ -24,6 +24,7 @@ const CLOSING: Duration = Duration::from_secs(2);
 pub(super) struct Collecting {
     collector: Collector,
     endpoint: EndpointId,
+    link: LinkId,
 }
 
 impl Daemon {
@@ -52,7 +53,9 @@ impl Daemon {
         let endpoint = EndpointOptions::default();
         let peer = Box::new(collector.clone());
         match self.add_internal("flight-logs", endpoint, &Collector::HEARS, peer) {
-            Some(endpoint) => self.collector = Some(Collecting { collector, endpoint }),
+            Some((endpoint, link)) => {
+                self.collector = Some(Collecting { collector, endpoint, link });
+            }
             None => warn!("cannot record flight-stack logs: there are too many links"),
         }
     }
@@ -61,9 +64,7 @@ impl Daemon {
     pub(super) fn leave_vehicles(&mut self) {
         let Some(collecting) = &self.collector else { return };
         collecting.collector.leave(self.now);
-        if let State::Up(link) = self.io.endpoints[collecting.endpoint].state {
-            self.receive_local(link);
-        }
+        self.receive_local(collecting.link);
     }
 
     /// Ends recording; what waits is still written.

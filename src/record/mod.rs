@@ -25,6 +25,6 @@ pub use bars::{beside_bars, hide_bars, show_bars};
 pub use flight::{Collector, FlightFeed, FlightProgress, Phase, fuzz_flight};
 pub use recorder::Recorder;
 pub use replay::{Replay, ReplayOptions, look_at_log};
-pub use select::{BadMoment, Moment, Selection, is_empty_part};
+pub use select::{BadMoment, Moment, Selection};
 pub use status::{RecordState, RecordStatus};
 pub use tlog::{ReaderStats, Record, TIMESTAMP, TlogReader, fuzz_tlog, write_record};

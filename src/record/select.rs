@@ -58,7 +58,7 @@ impl Moment {
 
 /// Whether a part from one point to another has nothing in it, whatever the log; where one is a date
 /// and the other is not, only the log tells.
-pub fn is_empty_part(from: Option<Moment>, to: Option<Moment>) -> bool {
+fn is_empty_part(from: Option<Moment>, to: Option<Moment>) -> bool {
     match (from, to) {
         (Some(Moment::SinceStart(from)), Some(Moment::SinceStart(to))) => from >= to,
         (Some(Moment::Wall(from)), Some(Moment::Wall(to))) => from >= to,
@@ -77,9 +77,11 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// From `from` on, up to but without `to`, and only what `lists` let pass. For one log.
-    pub fn new(from: Option<Moment>, to: Option<Moment>, lists: &FilterLists) -> Self {
-        Self { from, to, filter: Filter::new(lists), start: None }
+    /// From `from` on, up to but without `to`, and only what `lists` let pass. For one log. `None` if
+    /// nothing is between them, whatever the log.
+    pub fn new(from: Option<Moment>, to: Option<Moment>, lists: &FilterLists) -> Option<Self> {
+        let filter = Filter::new(lists);
+        (!is_empty_part(from, to)).then_some(Self { from, to, filter, start: None })
     }
 
     /// Whether a record is wanted; those of a log are asked for one after the other.

@@ -148,7 +148,7 @@ mod tests {
     }
 
     fn part(from: &str, to: &str, lists: &FilterLists) -> Selection {
-        Selection::new(from.parse().ok(), to.parse().ok(), lists)
+        Selection::new(from.parse().ok(), to.parse().ok(), lists).unwrap()
     }
 
     #[test]
