@@ -6,10 +6,6 @@ use mavswitch::mavlink::{Component, Version};
 use mavswitch::routing::{GroupId, LinkId, LinkOptions, Membership, RouterOptions};
 use std::time::Duration;
 
-fn step(network: &mut Network, millis: u64) {
-    network.now = network.now + Duration::from_millis(millis);
-}
-
 fn numbered(seq: u8) -> Vec<u8> {
     frame(Version::V2, seq, VEHICLE, (30, 39), &[seq; 28])
 }
@@ -62,7 +58,7 @@ fn a_preferred_path_that_was_lossy_is_taken_again_when_it_is_not() {
     let (mut network, [radio, modem, station]) = best_of_two([1, 0]);
     let (mut seq, mut time_on_modem) = (0_u8, 0);
     for tick in 0..200 * 20_u32 {
-        step(&mut network, 50);
+        network.pass_ms(50);
         seq = seq.wrapping_add(1);
         let is_raining = (200..1_200).contains(&tick);
         let is_lost = is_raining && tick % 3 != 0;
@@ -92,7 +88,7 @@ fn a_preferred_path_that_was_lossy_is_taken_again_when_it_is_not() {
 fn a_radio_that_tells_of_itself_is_not_heard_from_afar() {
     let (mut network, [radio, modem, station]) = best_of_two([1, 0]);
     for tick in 0..100 {
-        step(&mut network, 100);
+        network.pass_ms(100);
         let status = [0, 0, 0, 0, 9, 9, 100, 9, 9];
         network
             .receive(radio, &frame(Version::V1, tick, Component::new(51, 68), (109, 185), &status));
@@ -111,14 +107,14 @@ fn a_radio_that_tells_of_itself_is_not_heard_from_afar() {
 fn a_path_that_may_be_gone_is_not_relied_on() {
     let (mut network, [radio, modem, station]) = best_of_two([1, 0]);
     for tick in 0..40 {
-        step(&mut network, 100);
+        network.pass_ms(100);
         network.receive(radio, &numbered(tick));
         network.receive(modem, &numbered(tick));
         network.delivered();
     }
     let mut lost = 0;
     for tick in 40..80 {
-        step(&mut network, 100);
+        network.pass_ms(100);
         network.receive(modem, &numbered(tick));
         network.delivered();
         let hears = network.hears(station, &command(STATION, VEHICLE));

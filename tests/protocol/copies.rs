@@ -6,10 +6,6 @@ use mavswitch::mavlink::{Component, Version};
 use mavswitch::routing::{DropReason, GroupId, LinkId, LinkOptions, Membership, RouterOptions};
 use std::time::Duration;
 
-fn step(network: &mut Network, millis: u64) {
-    network.now = network.now + Duration::from_millis(millis);
-}
-
 /// A radio and a modem of one group, and a station.
 fn two_paths(dedup: Option<Duration>) -> (Network, [LinkId; 3]) {
     let mut network = Network::new(RouterOptions::default());
@@ -33,7 +29,7 @@ fn numbered(number: u32) -> Vec<u8> {
 fn rule_49_what_comes_by_a_second_link_as_well_is_delivered_once() {
     let (mut network, [left, right, station]) = Network::with_links();
     assert_eq!(network.hears(left, &attitude(VEHICLE, 0)), [right, station]);
-    step(&mut network, 1_900);
+    network.pass_ms(1_900);
     assert_eq!(network.hears(right, &attitude(VEHICLE, 0)), [], "it may have gone round");
     assert_eq!(network.counters(right)[DropReason::Duplicate], 1);
     let hears = network.hears(station, &command(STATION, VEHICLE));
@@ -45,7 +41,7 @@ fn rule_49_what_comes_by_a_second_link_as_well_is_delivered_once() {
 fn who_counts_nothing_is_heard_each_time_over_one_link() {
     let (mut network, [vehicle, station, _other]) = Network::with_links();
     for _ in 0..1_000 {
-        step(&mut network, 20);
+        network.pass_ms(20);
         network.hears(vehicle, &heartbeat(VEHICLE));
     }
     assert_eq!(network.counters(station).frames_out, 1_000);
@@ -57,13 +53,13 @@ fn who_counts_nothing_is_heard_each_time_over_one_link() {
 fn who_counts_nothing_is_heard_each_time_over_two_links() {
     let (mut network, [radio, modem, station]) = Network::with_links();
     for _ in 0..1_000 {
-        step(&mut network, 20);
+        network.pass_ms(20);
         network.hears(radio, &heartbeat(VEHICLE));
         network.hears(modem, &heartbeat(VEHICLE));
     }
     assert_eq!(network.counters(station).frames_out, 1_000);
     for _ in 0..250 {
-        step(&mut network, 20);
+        network.pass_ms(20);
         network.hears(modem, &heartbeat(VEHICLE));
     }
     // The modem takes the radio's place once after 2 s, for this may have gone round, and after 4 s.
@@ -81,7 +77,7 @@ fn a_program_that_connects_anew_is_heard_again() {
         assert_eq!(network.hears(script, &heartbeat(STATION)), [vehicle], "run {run}");
         assert_eq!(network.hears(script, &command(STATION, VEHICLE)), [vehicle], "run {run}");
         network.router.remove_link(script);
-        step(&mut network, 200);
+        network.pass_ms(200);
     }
 }
 
@@ -89,14 +85,14 @@ fn a_program_that_connects_anew_is_heard_again() {
 fn links_of_a_group_without_dedup_each_deliver() {
     let (mut network, [radio, modem, station]) = two_paths(None);
     for number in 0..100 {
-        step(&mut network, 20);
+        network.pass_ms(20);
         for link in [radio, modem] {
             assert_eq!(network.hears(link, &numbered(number)), [station]);
         }
         assert_eq!(network.hears(modem, &numbered(number)), [], "each of them once");
     }
     for _ in 0..100 {
-        step(&mut network, 20);
+        network.pass_ms(20);
         assert_eq!(network.hears(radio, &heartbeat(VEHICLE)), [station]);
         assert_eq!(network.hears(modem, &heartbeat(VEHICLE)), [station]);
     }
@@ -110,7 +106,7 @@ fn what_a_path_held_back_is_not_delivered_again() {
         let (mut network, [radio, modem, station]) = two_paths(DEDUP);
         let mut waiting = Vec::new();
         for number in 0..rate * held {
-            step(&mut network, 1_000 / u64::from(rate));
+            network.pass_ms(1_000 / u64::from(rate));
             network.hears(radio, &numbered(number));
             waiting.push(numbered(number));
         }
@@ -133,7 +129,7 @@ fn a_command_that_a_path_held_back_is_not_delivered_again() {
     let takeoff = frame(Version::V2, 7, VEHICLE, (76, 152), &payload);
     assert_eq!(network.hears(radio, &takeoff), [station]);
     for number in 8..28 {
-        step(&mut network, 1_000);
+        network.pass_ms(1_000);
         network.hears(radio, &numbered(number));
     }
     assert_eq!(network.hears(modem, &takeoff), [], "20 s later");
@@ -148,7 +144,7 @@ fn who_starts_again_is_not_silenced() {
     let mut fly = |seqs: std::ops::Range<u8>, links: &[LinkId]| {
         let before = network.counters(station).frames_out;
         for seq in seqs {
-            step(&mut network, 250);
+            network.pass_ms(250);
             links.iter().for_each(|link| drop(network.hears(*link, &say(seq))));
         }
         network.counters(station).frames_out - before
@@ -177,7 +173,7 @@ fn rule_49_all_bytes_count() {
 fn rule_49_echoes_on_every_cable_cut_nobody_off() {
     let (mut network, [vehicle, one, two]) = Network::with_links();
     for seq in 0..100 {
-        step(&mut network, 20);
+        network.pass_ms(20);
         assert_eq!(network.hears(vehicle, &attitude(VEHICLE, seq)), [one, two]);
         assert_eq!(network.hears(one, &attitude(VEHICLE, seq)), []);
         assert_eq!(network.hears(two, &attitude(VEHICLE, seq)), []);

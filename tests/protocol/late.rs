@@ -5,11 +5,6 @@ use crate::frames::frame;
 use crate::network::*;
 use mavswitch::mavlink::Version;
 use mavswitch::routing::DropReason;
-use std::time::Duration;
-
-fn step(network: &mut Network, millis: u64) {
-    network.now = network.now + Duration::from_millis(millis);
-}
 
 /// One heartbeat is like the other, but for its number.
 fn beat(seq: u8) -> Vec<u8> {
@@ -29,7 +24,7 @@ fn telemetry(seq: u8, number: u32) -> Vec<u8> {
 fn a_cable_that_is_always_late_tells_nothing_twice() {
     let (mut network, [near, far, station]) = Network::with_links();
     for number in 0..600 {
-        step(&mut network, 100);
+        network.pass_ms(100);
         assert!(network.hears(near, &telemetry(number as u8, number)).contains(&station));
         let Some(late) = number.checked_sub(30) else { continue };
         let hears = network.hears(far, &telemetry(late as u8, late));
@@ -42,7 +37,7 @@ fn a_cable_that_is_always_late_tells_nothing_twice() {
 fn a_cable_that_was_the_first_is_late_all_the_same() {
     let (mut network, [near, far, station]) = Network::with_links();
     for number in 0..100 {
-        step(&mut network, 100);
+        network.pass_ms(100);
         let bytes = telemetry(number as u8, number);
         let links = if number < 50 { [far, near] } else { [near, near] };
         links.iter().for_each(|link| network.receive(*link, &bytes));
@@ -63,7 +58,7 @@ fn a_second_channel_that_counts_alike_loses_no_heartbeat() {
     let mut number = 0;
     for second in 0..60_u8 {
         for part in 0..25 {
-            step(&mut network, 40);
+            network.pass_ms(40);
             let seqs = [25, 20].map(|from| (second.wrapping_mul(25)).wrapping_add(part + from));
             let seqs = [seqs[0], seqs[1].wrapping_sub(120)];
             for (link, seq) in [one, two].into_iter().zip(seqs) {
@@ -83,7 +78,7 @@ fn a_second_channel_is_heard_when_the_first_is_silent() {
     let (mut network, [one, two, station]) = Network::with_links();
     let mut silent = 0;
     for second in 0..60_u8 {
-        step(&mut network, 1_000);
+        network.pass_ms(1_000);
         if second < 30 {
             assert!(network.hears(one, &beat(second)).contains(&station));
         }
@@ -100,7 +95,7 @@ fn who_starts_again_elsewhere_is_heard() {
     let mut number = 0;
     for link in [here, there, there, here, there] {
         let heard = (0..80).filter(|seq| {
-            step(&mut network, 50);
+            network.pass_ms(50);
             number += 1;
             let bytes = if seq % 4 == 0 { beat(*seq) } else { telemetry(*seq, number) };
             network.hears(link, &bytes).contains(&station)
@@ -115,11 +110,11 @@ fn who_starts_again_elsewhere_is_heard() {
 fn the_last_frame_of_somebody_does_not_go_round_slowly() {
     let (mut network, [here, ring, station]) = Network::with_links();
     for seq in 0..20 {
-        step(&mut network, 100);
+        network.pass_ms(100);
         assert!(network.hears(here, &telemetry(seq, u32::from(seq))).contains(&station));
     }
     let told = (0..9).filter(|_| {
-        step(&mut network, 3_000);
+        network.pass_ms(3_000);
         network.hears(ring, &telemetry(19, 19)).contains(&station)
     });
     assert!(told.count() <= 1, "once, for it may be news, and then no more");
@@ -132,7 +127,7 @@ fn a_script_is_heard_each_time_it_is_run() {
     let (mut network, [vehicle]) = Network::with_links();
     network.hears(vehicle, &heartbeat(VEHICLE));
     for run in 0..10 {
-        step(&mut network, 4_000);
+        network.pass_ms(4_000);
         let script = network.link();
         assert!(network.hears(script, &heartbeat(STATION)).contains(&vehicle), "run {run}");
         assert_eq!(network.hears(script, &command(STATION, VEHICLE)), [vehicle], "run {run}");
@@ -152,7 +147,7 @@ fn a_command_of_a_second_program_with_the_same_id_is_carried_out() {
         frame(Version::V2, seq, STATION, (76, 152), &payload)
     };
     for second in 0..60_u8 {
-        step(&mut network, 1_000);
+        network.pass_ms(1_000);
         let before = second.checked_sub(20);
         for (link, seq) in [(one, Some(second)), (two, before)] {
             let Some(seq) = seq else { continue };

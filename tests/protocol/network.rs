@@ -34,7 +34,11 @@ impl Network {
     }
 
     pub(crate) fn pass(&mut self, seconds: u64) {
-        self.now = self.now + Duration::from_secs(seconds);
+        self.pass_ms(seconds * 1_000);
+    }
+
+    pub(crate) fn pass_ms(&mut self, millis: u64) {
+        self.now = self.now + Duration::from_millis(millis);
     }
 
     /// `bytes` arrive on a link, whole, as a peer of its own would send them.

@@ -22,10 +22,6 @@ fn numbered(seq: u8) -> Vec<u8> {
     frame(Version::V2, seq, VEHICLE, (30, 39), &[seq; 28])
 }
 
-fn step(network: &mut Network, millis: u64) {
-    network.now = network.now + Duration::from_millis(millis);
-}
-
 /// A station, a preferred radio and a modem; the better of the two is used.
 fn best_of_two(ranks: [u8; 2]) -> (Network, [LinkId; 3]) {
     let mut network = Network::new(RouterOptions::default());
@@ -78,7 +74,7 @@ fn a_faster_baud_rate_ends_no_program() {
             let bytes = frame(Version::V2, turn as u8, VEHICLE, (30, 39), &payload);
             network.receive(vehicle, &bytes);
         }
-        step(&mut network, random.below(20) as u64);
+        network.pass_ms(random.below(20) as u64);
         let now = network.now;
         let port = network.router.port_mut(radio).unwrap();
         let sendable = port.sendable(now);
@@ -123,10 +119,10 @@ fn a_copy_is_known_among_a_thousand_others() {
 fn a_silent_path_is_left_though_nothing_came_over_the_other() {
     let (mut network, [radio, modem, station]) = best_of_two([1, 0]);
     for seq in 0..50 {
-        step(&mut network, 100);
+        network.pass_ms(100);
         network.hears(radio, &numbered(seq));
     }
-    step(&mut network, 3_000);
+    network.pass_ms(3_000);
     let hears = network.hears(station, &command(STATION, VEHICLE));
     assert!(hears.contains(&modem), "only {hears:?}, of which nothing was heard for 3 s");
 }
@@ -138,7 +134,7 @@ fn a_lossy_path_is_better_than_a_dead_one() {
     let (mut network, [radio, modem, station]) = best_of_two([1, 0]);
     network.hears(radio, &numbered(0));
     for count in 0..100_u8 {
-        step(&mut network, 100);
+        network.pass_ms(100);
         network.hears(modem, &numbered(count.wrapping_mul(5)));
     }
     let hears = network.hears(station, &command(STATION, VEHICLE));
@@ -151,7 +147,7 @@ fn two_paths_that_are_not_good_are_not_taken_by_turns() {
     let (mut network, [radio, modem, station]) = best_of_two([0, 0]);
     let (mut switches, mut last) = (0, Vec::new());
     for count in 0..200_u8 {
-        step(&mut network, 100);
+        network.pass_ms(100);
         let link = if count % 2 == 0 { radio } else { modem };
         network.hears(link, &numbered(count.wrapping_mul(5)));
         let hears = network.hears(station, &command(STATION, VEHICLE));
@@ -167,7 +163,7 @@ fn a_path_that_is_used_again_is_not_lossy() {
     let (mut network, [radio, modem, station]) = best_of_two([1, 0]);
     let mut fly = |link: LinkId, count: u8, from: u8| {
         for seq in 0..count {
-            step(&mut network, 100);
+            network.pass_ms(100);
             network.hears(link, &numbered(from.wrapping_add(seq)));
         }
         network.router.port(link).unwrap().quality().loss
@@ -201,7 +197,7 @@ fn heartbeats_pass_beside_a_download() {
     payload[..3].copy_from_slice(&[0, STATION.system, STATION.component]);
     let mut heartbeats = 0;
     for turn in 0..6_000_u32 {
-        step(&mut network, 10);
+        network.pass_ms(10);
         // Twice what the line carries, as bursts of FILE_TRANSFER_PROTOCOL come.
         if turn % 2 == 0 {
             let seq = (turn / 2) as u8;
@@ -234,7 +230,7 @@ fn a_capped_message_that_the_queue_refused_may_be_sent_next() {
     }
     network.receive(vehicle, &numbered(1));
     network.sent(radio);
-    step(&mut network, 20);
+    network.pass_ms(20);
     network.receive(vehicle, &numbered(2));
     assert_eq!(network.sent(radio), numbered(2));
 }
@@ -291,7 +287,7 @@ fn one_lost_heartbeat_moves_nothing() {
             network.receive(*link, &frame(Version::V2, second, VEHICLE, (0, 50), &[second; 9]));
         }
         for _ in 0..10 {
-            step(&mut network, 100);
+            network.pass_ms(100);
             network.delivered();
             let hears = network.hears(station, &command(STATION, VEHICLE));
             moved += usize::from(hears == [modem]);

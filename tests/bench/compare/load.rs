@@ -113,12 +113,7 @@ fn write_frame(source: Component, target: Option<Component>, n: usize, out: &mut
 
 /// HEARTBEAT: what makes a component known.
 pub(crate) fn heartbeat(source: Component) -> Vec<u8> {
-    let mut out = Vec::new();
-    let payload = &[0, 0, 0, 0, 6, 8, 0, 4, 3];
-    let (version, id) = (Version::V2, MessageId::HEARTBEAT);
-    let spec = FrameSpec { version, seq: 0, source, id, crc_extra: 50, payload, signature: None };
-    encode(&spec, &mut out);
-    out
+    FrameSpec::new(source, MessageId::HEARTBEAT, 50, &[0, 0, 0, 0, 6, 8, 0, 4, 3]).to_frame()
 }
 
 fn write_line(line: &OwnedFd, mut bytes: &[u8]) {

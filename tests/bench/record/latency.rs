@@ -11,7 +11,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use std::{fs, thread};
 
-use mavswitch::mavlink::{Component, Frame, FrameSpec, MessageId, Version, encode};
+use mavswitch::mavlink::{Component, Frame, FrameSpec, MessageId};
 use rustix::process::{Pid, Signal, kill_process};
 
 use super::{attitude, directory};
@@ -189,18 +189,9 @@ fn join(from: &UdpSocket, to: &UdpSocket) {
 }
 
 fn heartbeat(seq: u8) -> Vec<u8> {
-    let mut frame = Vec::new();
-    let spec = FrameSpec {
-        version: Version::V2,
-        seq,
-        source: Component::new(255, 190),
-        id: MessageId::HEARTBEAT,
-        crc_extra: 50,
-        payload: &[0, 0, 0, 0, 6, 8, 0, 4, 3],
-        signature: None,
-    };
-    encode(&spec, &mut frame);
-    frame
+    let (source, payload) = (Component::new(255, 190), [0, 0, 0, 0, 6, 8, 0, 4, 3]);
+    let spec = FrameSpec::new(source, MessageId::HEARTBEAT, 50, &payload);
+    FrameSpec { seq, ..spec }.to_frame()
 }
 
 /// A file system without room, gone when this is.

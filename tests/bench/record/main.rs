@@ -14,7 +14,7 @@ use std::time::{Duration, Instant, SystemTime};
 use std::{env, fs, process, thread};
 
 use mavswitch::config::RecordOptions;
-use mavswitch::mavlink::{CheckedFrame, Component, Frame, FrameSpec, MessageId, Version, encode};
+use mavswitch::mavlink::{CheckedFrame, Component, Frame, FrameSpec, MessageId};
 use mavswitch::record::{Recorder, TlogReader};
 use mavswitch::routing::Time;
 use rustix::time::{ClockId, clock_gettime};
@@ -51,18 +51,8 @@ fn directory(name: &str) -> PathBuf {
 fn attitude(number: u64) -> Vec<u8> {
     let mut payload = [1; 28];
     payload[..8].copy_from_slice(&number.to_le_bytes());
-    let mut frame = Vec::new();
-    let spec = FrameSpec {
-        version: Version::V2,
-        seq: number as u8,
-        source: Component::new(1, 1),
-        id: MessageId(30),
-        crc_extra: 39,
-        payload: &payload,
-        signature: None,
-    };
-    encode(&spec, &mut frame);
-    frame
+    let spec = FrameSpec::new(Component::new(1, 1), MessageId(30), 39, &payload);
+    FrameSpec { seq: number as u8, ..spec }.to_frame()
 }
 
 fn cpu(clock: ClockId) -> Duration {
