@@ -135,6 +135,12 @@ impl AddressKind {
         Self::SERVERS.contains(&self)
     }
 
+    /// Whether the other side is a part of this program, so that nobody's frames come from there but
+    /// its own.
+    pub fn is_inside(self) -> bool {
+        matches!(self, Self::Tlog | Self::Sim | Self::Internal)
+    }
+
     /// The canonical scheme: `udpin`.
     pub fn scheme(self) -> &'static str {
         match self {

@@ -164,6 +164,7 @@ impl Endpoint {
             membership: self.membership,
             dedup: options.dedup,
             gate: self.gate.clone(),
+            repeats_nobody: self.config.address.kind().is_inside(),
         }
     }
 

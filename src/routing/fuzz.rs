@@ -114,6 +114,7 @@ impl Model {
             capacity: if a & 4 != 0 { paced } else { Capacity::Bytes(2_000) },
             dedup: (a & 8 != 0).then(|| Duration::from_millis(u64::from(b) * 4)),
             is_sniffer: a & 16 != 0,
+            repeats_nobody: b & 12 == 12,
             forward_setup_signing: a & 32 != 0,
             caps: if a & 64 != 0 {
                 vec![RateCap { id: MessageId(30), interval: CAP }]

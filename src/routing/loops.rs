@@ -7,12 +7,13 @@
 //! joined and whatever is lost; and a sender that says the same thing again and again, sequence
 //! number included, is heard each time, as it does so over the same link.
 //!
-//! Three things are let through besides, each so that it cannot go on for ever:
+//! Four things are let through besides, each so that it cannot go on for ever:
 //! - between links of one group without `dedup`, each brings it once more for each time that the
 //!   first one does: the user wants both;
 //! - when the link that was first is gone, as with a program that connects anew, or the frame came
 //!   over it too long ago to have gone round fast, another link **takes its place**, but on
 //!   probation: the next time it comes, over whichever link, it counts as having gone round;
+//! - a link behind which nobody passes anything on, as a log that is played back, says its own;
 //! - what is forgotten, as there were too many others or it was too long ago.
 //!
 //! Probation is what ends a frame that a cable held back. Taking it for news adds an edge to the
@@ -121,6 +122,10 @@ impl Known<'_> {
     /// It comes over another link than the one that was first, or that one is on probation.
     #[inline(never)]
     fn judge_other(&self, seen: &mut Seen) -> Arrival {
+        if self.says_its_own(seen.first()) {
+            seen.renew(self.from, self.now);
+            return Arrival::New;
+        }
         let age = seen.age(self.now);
         let is_beside = self.from != seen.first() && self.is_beside(seen.first().link);
         let arrival =
@@ -143,6 +148,14 @@ impl Known<'_> {
             Arrival::Copy => {}
         }
         arrival
+    }
+
+    /// Whether this link repeats nobody, not even the one that was first: the same log is played back
+    /// again, perhaps. Only with `dedup` two that are there at the same time bring it once.
+    fn says_its_own(&self, first: Origin) -> bool {
+        let is_rival = || self.from != first && !self.is_gone(first) && self.dedup().is_some();
+        let repeats_nobody = |port: &Port| port.options.repeats_nobody;
+        self.port(self.from.link).is_some_and(repeats_nobody) && !is_rival()
     }
 
     /// Another link was first, and of no group with this one.

@@ -76,6 +76,9 @@ pub struct LinkOptions {
     /// What comes from here is dropped if it came over another link of the group within this time;
     /// 1 s at most (rule 49). `None`: each link of a group delivers.
     pub dedup: Option<Duration>,
+    /// Whether whoever is there passes on nobody's frames, as a part of this program does: nothing
+    /// that comes from there has gone round (rule 49).
+    pub repeats_nobody: bool,
     /// What is asked of the frames that come and go.
     pub gate: GateOptions,
 }
@@ -105,6 +108,7 @@ impl Default for LinkOptions {
             caps: Vec::new(),
             membership: None,
             dedup: None,
+            repeats_nobody: false,
             gate: GateOptions::default(),
         }
     }

@@ -17,6 +17,7 @@ mod onlookers;
 mod properties;
 mod regressions;
 mod remade;
+mod replayed;
 mod routing;
 mod signing;
 mod streams;
