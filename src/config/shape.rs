@@ -25,6 +25,8 @@ pub enum Shape {
     List,
     /// A table of numbers, or what a list may be.
     Rates,
+    /// A table `{from = "1/*", to = "7/*"}`, which is `1:7`, an array of such, or what a list may be.
+    Systems,
     /// An array of strings, or one string.
     Paths,
     /// A table of file names.
@@ -46,7 +48,8 @@ impl Shape {
             (Self::Rates, DeValue::Table(table)) => rate_words(table),
             (Self::Files, DeValue::Table(table)) => file_words(table),
             (Self::Files, _) => None,
-            (Self::List | Self::Rates | Self::Paths, DeValue::Array(array)) => {
+            (Self::Systems, DeValue::Table(table)) => system_word(table).and_then(one),
+            (Self::List | Self::Rates | Self::Systems | Self::Paths, DeValue::Array(array)) => {
                 let words = array.iter().map(|element| self.element(element));
                 // Nothing cannot be told from what is not there.
                 words.collect::<Option<Vec<_>>>().filter(|words| !words.is_empty())
@@ -57,7 +60,10 @@ impl Shape {
     }
 
     fn element(self, element: &Spanned<DeValue<'_>>) -> Option<SpannedWord> {
-        let text = self.scalar(element.get_ref())?;
+        let text = match (self, element.get_ref()) {
+            (Self::Systems, DeValue::Table(table)) => system_word(table)?,
+            (_, value) => self.scalar(value)?,
+        };
         let is_one = self == Self::Paths || !text.contains(',');
         is_one.then(|| (text, element.span()))
     }
@@ -80,10 +86,18 @@ impl Shape {
                 Self::Text | Self::Paths | Self::Path,
                 DeValue::Integer(_) | DeValue::Float(_) | DeValue::Boolean(_),
             ) => ", in quotes",
-            (Self::List | Self::Rates, DeValue::Array(array)) if array.is_empty() => {
+            (Self::Systems, value) if is_or_has_table(value) => {
+                "; in a table whole systems and nothing else, as {from = \"1/*\", to = \"7/*\"}: single \
+                 components cannot change places"
+            }
+            (Self::List | Self::Rates | Self::Systems, DeValue::Array(array))
+                if array.is_empty() =>
+            {
                 "; or leave the key out"
             }
-            (Self::List | Self::Rates, DeValue::Array(_)) => "; in an array each by itself",
+            (Self::List | Self::Rates | Self::Systems, DeValue::Array(_)) => {
+                "; in an array each by itself"
+            }
             (Self::Rates, DeValue::Table(_)) => "; in a table MESSAGE = HZ",
             (Self::Files, _) => "; in a table NAME = \"FILE\"",
             _ => "",
@@ -96,7 +110,7 @@ impl Shape {
         match self {
             Self::Text | Self::Time | Self::Path => quoted(first),
             Self::Number | Self::Flag => first.to_owned(),
-            Self::List => {
+            Self::List | Self::Systems => {
                 array(words, |word| if is_digits(word) { word.into() } else { quoted(word) })
             }
             Self::Paths => array(words, quoted),
@@ -121,7 +135,9 @@ impl Shape {
     /// The words of a value in the spelling of the command line.
     pub(super) fn split(self, text: &str) -> Vec<String> {
         match self {
-            Self::List | Self::Rates => text.split(',').map(str::to_owned).collect(),
+            Self::List | Self::Rates | Self::Systems => {
+                text.split(',').map(str::to_owned).collect()
+            }
             _ => vec![text.to_owned()],
         }
     }
@@ -156,6 +172,18 @@ fn file_words(table: &DeTable<'_>) -> Option<Vec<SpannedWord>> {
         Some((format!("{}={}", name.get_ref(), file.get_ref().as_str()?), name.span()))
     };
     files.into_iter().map(word).collect::<Option<Vec<_>>>().filter(|words| !words.is_empty())
+}
+
+/// `{from = "1/*", to = "7/*"}` is `1:7`.
+fn system_word(table: &DeTable<'_>) -> Option<String> {
+    let system = |key: &str| table.get(key)?.get_ref().as_str()?.strip_suffix("/*");
+    (table.len() == 2).then_some(())?;
+    Some(format!("{}:{}", system("from")?, system("to")?))
+}
+
+fn is_or_has_table(value: &DeValue<'_>) -> bool {
+    let is_table = |element: &Spanned<DeValue<'_>>| element.get_ref().is_table();
+    value.is_table() || value.as_array().is_some_and(|array| array.iter().any(is_table))
 }
 
 /// A number in decimal.

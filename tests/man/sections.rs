@@ -138,6 +138,7 @@ fn described_key(
         Shape::Flag => "boolean",
         Shape::Time => "time",
         Shape::List => "array",
+        Shape::Systems => "array or table",
         Shape::Rates => "table",
         Shape::Paths => "array of strings",
         Shape::Files => "table of strings",
@@ -149,6 +150,10 @@ fn described_key(
         // An array needs no commas of ours.
         let value = escaped(&expects.replace(" with commas between", ""));
         text.push_str(&format!("Value: {value}.\n"));
+    }
+    if shape == Shape::Systems {
+        text.push_str("The table { from = \"1/*\", to = \"7/*\" } is the same as \"1:7\".\n");
+        text.push_str("Single components cannot change places.\n");
     }
     text
 }

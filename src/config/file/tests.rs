@@ -55,6 +55,23 @@ fn a_list_has_several_spellings() {
 }
 
 #[test]
+fn systems_that_change_places_have_several_spellings() {
+    let table = "{from = '1/*', to = '7/*'}";
+    for remap in ["['1:7']", "'1:7'", table, &format!("[{table}]")] {
+        let config = parse(&format!("[endpoint.a]\naddress = 'udpin:'\nremap = {remap}\n"));
+        let text = config.endpoints[0].config.to_string();
+        assert_eq!(text, "udpin:0.0.0.0:14550?name=a&remap=1:7", "{remap}");
+        write::assert_reads_back(&config);
+    }
+    let config = parse(
+        "[endpoint.a]\naddress = 'udpin:'\n[endpoint.a.remap]\nfrom = \"1/*\"\nto = \"7/*\"\n",
+    );
+    assert_eq!(config.endpoints[0].config.options.remap, [(1, 7)]);
+    let both = parse(&format!("[endpoint.a]\naddress = 'udpin:'\nremap = [{table}, '2:8']\n"));
+    assert_eq!(both.endpoints[0].config.options.remap, [(1, 7), (2, 8)]);
+}
+
+#[test]
 fn endpoints_keep_the_order_of_the_file() {
     let config = parse("[endpoint.z]\naddress='udpin:1'\n[endpoint.a]\naddress='udpin:2'\n");
     let names: Vec<String> = config.endpoints.iter().map(|it| it.config.name()).collect();

@@ -27,7 +27,7 @@ pub(super) const GUARD: &[OptionSpec] = &[
     OptionSpec {
         name: "remap",
         value: "ID:ID[,ID:ID...]",
-        shape: Shape::List,
+        shape: Shape::Systems,
         expects: "pairs of system ids of 1 to 255 with commas between, no id twice",
         help: "system ids that change places on the way: behind 1:7, system 1 is known here as 7",
         default: None,
