@@ -13,13 +13,16 @@ use super::event_loop::Daemon;
 use super::links::Link;
 use super::plan::is_internal;
 use super::timers::Timer;
-use crate::config::EndpointOptions;
+use crate::config::{Address, EndpointOptions};
 use crate::mavlink::{CheckedFrame, Component, Frame, Header, MessageId};
 use crate::own::{OwnComponent, Place, RoundTrip, Vehicle};
 use crate::routing::{Heard, KnownComponent, LinkId, LinkOptions, LocalPeer, Time};
 
 /// A second: that of the heartbeat (rule 68).
 const SECOND: Duration = Duration::from_secs(1);
+
+/// What its endpoint is called.
+const NAME: &str = "own-component";
 
 /// Who was not heard on a link for so long may not answer there.
 const PARTNER_SILENCE: Duration = Duration::from_secs(10);
@@ -109,7 +112,7 @@ impl Daemon {
     fn start_own(&mut self, role: Role) {
         let component = Shared(Rc::new(RefCell::new(OwnComponent::new(role.id()))));
         let (options, peer) = (EndpointOptions::default(), Box::new(component.clone()));
-        let added = self.add_internal("own-component", options, &OwnComponent::HEARS, peer);
+        let added = self.add_internal(NAME, options, &OwnComponent::HEARS, peer);
         let Some((endpoint, link)) = added else {
             return warn!("cannot be a component: there are too many links or endpoints");
         };
@@ -131,6 +134,8 @@ impl Daemon {
     pub(super) fn link_options(&self, index: EndpointId) -> LinkOptions {
         let endpoint = &self.io.endpoints[index];
         let mut options = endpoint.link_options();
+        // It has no key: what is signed is for it only where a key was at hand.
+        options.gate.needs_belief = endpoint.config.address == Address::Internal(NAME);
         if !endpoint.options().own_component {
             let own = self.own.role.id();
             options.filter_out.block_single = own.map(|id| (MessageId::HEARTBEAT, id));

@@ -107,6 +107,7 @@ fn gate_options(
         passes_unconverted: !options.version_strict,
         recipes,
         sign: options.sign.as_ref().map(sign).transpose()?,
+        needs_belief: false,
         verify: options.verify.as_ref().map(verify).transpose()?,
     })
 }
@@ -163,8 +164,8 @@ impl Endpoint {
             caps: self.caps.clone(),
             membership: self.membership,
             dedup: options.dedup,
-            gate: self.gate.clone(),
             repeats_nobody: self.config.address.kind().is_inside(),
+            gate: self.gate.clone(),
         }
     }
 

@@ -9,9 +9,8 @@ use super::counters::DropReason;
 use super::gate_options::{GateOptions, OldFrames, Verify};
 use super::group::Membership;
 use super::link_set::LinkId;
-use super::options::{LinkOptions, RouterEvent};
+use super::options::RouterEvent;
 use super::port::Port;
-use super::queue::Precedence;
 use super::router::{Router, push_event};
 use super::signing::{HeardId, Signing, SigningClock};
 use super::time::Time;
@@ -31,7 +30,7 @@ pub(super) struct Gate {
     /// Whether it looks at what frames that come say; else it only counts them.
     reads: bool,
     /// Whether frames may leave other than they are.
-    rewrites: bool,
+    pub(super) rewrites: bool,
 }
 
 impl Gate {
@@ -59,7 +58,7 @@ impl Gate {
     }
 
     /// Whoever is there has shown to have the key of these options.
-    fn has_proof_for(&self, options: &GateOptions) -> bool {
+    pub(super) fn has_proof_for(&self, options: &GateOptions) -> bool {
         let key = |options: &GateOptions| options.verify.as_ref().map(|verify| verify.key.clone());
         !self.awaits_proof && self.options.verify.is_some() && key(&self.options) == key(options)
     }
@@ -188,7 +187,7 @@ impl Gate {
     }
 
     /// A frame as it leaves.
-    fn let_out<'a>(
+    pub(super) fn let_out<'a>(
         &self,
         frame: &CheckedFrame<'a>,
         clock: &mut SigningClock,
@@ -221,9 +220,10 @@ impl Gate {
 }
 
 impl GateOptions {
-    /// Whether frames may leave other than they are.
+    /// Whether frames may leave other than they are, or not at all.
     fn rewrites(&self) -> bool {
-        self.sign.is_some() || self.remap.is_some() || self.version.is_some()
+        let is_made_anew = self.sign.is_some() || self.remap.is_some() || self.version.is_some();
+        is_made_anew || self.needs_belief
     }
 }
 
@@ -266,8 +266,15 @@ impl Router {
         let Some(Some(port)) = self.ports.get_mut(link.index()) else { return false };
         let Some(gate) = &mut port.gate else { return false };
         let (mut stripped, mut remapped) = <(FrameBuffer, FrameBuffer)>::default();
+        // Unsigned ones may be let in too, and need no belief.
+        let verifies = gate.options.verify.is_some();
         match gate.let_in(frame, &mut self.signing, now, (&mut stripped, &mut remapped)) {
-            Ok(frame) => self.admit(link, &frame, now),
+            Ok(frame) => {
+                self.signing.is_believed = verifies;
+                let is_taken = self.admit(link, &frame, now);
+                self.signing.is_believed = false;
+                is_taken
+            }
             Err(reason) => {
                 port.counters[reason] += 1;
                 let source = frame.header.source;
@@ -339,57 +346,6 @@ impl Router {
     /// The same, to be put forward.
     pub fn signing_clock_mut(&mut self) -> &mut SigningClock {
         &mut self.signing.clock
-    }
-}
-
-impl Port {
-    /// Makes the gate that the options of the link ask for.
-    pub(super) fn set_gate(&mut self, link: LinkId, signing: &mut Signing, now: Time) {
-        let LinkOptions { gate: options, membership, .. } = &self.options;
-        let is_proven = self.gate.as_ref().is_some_and(|gate| gate.has_proof_for(options));
-        self.gate = Gate::new(options, *membership, link, signing, now);
-        if let Some(gate) = &mut self.gate {
-            gate.awaits_proof &= !is_proven;
-        }
-    }
-
-    /// Whether frames come through a gate.
-    #[inline]
-    pub(super) fn has_gate(&self) -> bool {
-        self.gate.is_some()
-    }
-
-    /// Whether frames leave through a gate, if they do; one that only keeps out what comes is no
-    /// matter to them.
-    #[inline]
-    pub(super) fn is_rewritten(&self) -> bool {
-        self.gate.as_ref().is_some_and(|gate| gate.rewrites || gate.awaits_proof)
-    }
-
-    /// Queues a frame in the shape that the gate gives it, or counts why not.
-    #[inline(never)]
-    pub(super) fn offer_gated(
-        &mut self,
-        frame: &CheckedFrame<'_>,
-        precedence: Precedence,
-        clock: &mut SigningClock,
-        now: Time,
-    ) {
-        // Out of the port for the time being, so that both can be used.
-        let Some(gate) = self.gate.take() else { return };
-        let mut buffers = <[FrameBuffer; 4]>::default();
-        // Signed in the order of the queue, so that no stream goes back (rule 42).
-        let made = match self.refusal(frame, precedence, now) {
-            _ if gate.awaits_proof => Err(DropReason::Unproven),
-            Some(reason) => Err(reason),
-            None => gate.let_out(frame, clock, now, &mut buffers),
-        };
-        match made {
-            // Caps are counted by the ids that a frame has here, as they are looked up.
-            Ok(made) => self.queue(&CheckedFrame { bytes: made.bytes, ..*frame }, precedence, now),
-            Err(reason) => self.counters[reason] += 1,
-        }
-        self.gate = Some(gate);
     }
 }
 

@@ -17,6 +17,9 @@ pub struct GateOptions {
     pub verify: Option<Verify>,
     /// What leaves is signed.
     pub sign: Option<Sign>,
+    /// Signed frames are sent here only if they were verified where they came in: whoever is here
+    /// cannot check them (rule 55).
+    pub needs_belief: bool,
     /// What comes and leaves has other system ids on the link than here.
     pub remap: Option<Arc<SystemMap>>,
     /// In which layout frames leave; `None`: as they are.

@@ -16,6 +16,7 @@ mod fuzz;
 mod fuzz_gate;
 mod gate;
 mod gate_options;
+mod gate_port;
 mod group;
 mod learning;
 mod link_set;

@@ -207,7 +207,7 @@ impl Router {
     ) {
         let Some(Some(port)) = self.ports.get_mut(link.index()) else { return };
         if port.is_rewritten() {
-            port.offer_gated(frame, precedence, &mut self.signing.clock, now);
+            port.offer_gated(frame, precedence, &mut self.signing, now);
         } else {
             port.offer(frame, precedence, now);
         }

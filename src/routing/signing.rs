@@ -67,6 +67,8 @@ pub(super) struct Signing {
     heard: Vec<Option<Heard>>,
     /// Whose refused frames the log was told of.
     pub(super) told: Reminder<(LinkId, Component)>,
+    /// Whether the frame that is being routed was verified where it came in.
+    pub(super) is_believed: bool,
 }
 
 /// The number of the streams of a key.

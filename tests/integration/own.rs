@@ -8,9 +8,9 @@ use mavswitch::status::EndpointStatus;
 
 use crate::harness::*;
 
-const OWN: Component = Component::new(1, 191);
-const ALL: Component = Component::new(0, 0);
-const TIMESYNC: Message = Message { id: 111, extra: 34, len: 18 };
+pub(super) const OWN: Component = Component::new(1, 191);
+pub(super) const ALL: Component = Component::new(0, 0);
+pub(super) const TIMESYNC: Message = Message { id: 111, extra: 34, len: 18 };
 const PING: Message = Message { id: 4, extra: 237, len: 14 };
 const REQUEST_DATA_STREAM: Message = Message { id: 66, extra: 148, len: 6 };
 
@@ -33,7 +33,7 @@ fn next(peer: &mut Peer<impl Wire>, message: Message) -> Vec<u8> {
 }
 
 /// The next TIMESYNC or PING that is an answer, as it is when `target` asked, and who gives it.
-fn next_answer(peer: &mut Peer<impl Wire>, asker: Component) -> (Component, Timing) {
+pub(super) fn next_answer(peer: &mut Peer<impl Wire>, asker: Component) -> (Component, Timing) {
     loop {
         let frame = peer.receive();
         match Timing::read(&Frame::parse(&frame).unwrap()) {
@@ -45,7 +45,7 @@ fn next_answer(peer: &mut Peer<impl Wire>, asker: Component) -> (Component, Timi
     }
 }
 
-fn timesync(from: Component, tc1: i64, ts1: i64, to: Component) -> Vec<u8> {
+pub(super) fn timesync(from: Component, tc1: i64, ts1: i64, to: Component) -> Vec<u8> {
     let mut payload = [tc1.to_le_bytes(), ts1.to_le_bytes()].concat();
     payload.extend([to.system, to.component]);
     Draft::new(from, TIMESYNC, payload).build()

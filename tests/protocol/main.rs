@@ -19,6 +19,7 @@ mod regressions;
 mod remade;
 mod replayed;
 mod routing;
+mod signed;
 mod signing;
 mod streams;
 mod vectors;

@@ -12,31 +12,31 @@ use mavswitch::routing::{
 };
 use std::time::Duration;
 
-const NOW: Timestamp = Timestamp::new(37_000_000_000_000);
+pub(crate) const NOW: Timestamp = Timestamp::new(37_000_000_000_000);
 /// 60 s, as timestamps count.
 const MINUTE: u64 = 6_000_000;
 const RADIO: Component = Component::new(51, 68);
 
-fn key() -> Key {
+pub(crate) fn key() -> Key {
     Key::from_passphrase("the key of this vehicle")
 }
 
-fn verify(strip: bool) -> GateOptions {
+pub(crate) fn verify(strip: bool) -> GateOptions {
     let allow_unsigned = vec![MessageId::RADIO_STATUS, MessageId::RADIO];
     let verify = Some(Verify { key: key(), allow_unsigned, strip, before_sending: false });
     GateOptions { verify, ..GateOptions::default() }
 }
 
-fn sign(v1: OldFrames) -> GateOptions {
+pub(crate) fn sign(v1: OldFrames) -> GateOptions {
     GateOptions { sign: Some(Sign { key: key(), v1 }), ..GateOptions::default() }
 }
 
-fn gated(gate: GateOptions) -> LinkOptions {
+pub(crate) fn gated(gate: GateOptions) -> LinkOptions {
     LinkOptions { gate, ..LinkOptions::default() }
 }
 
 /// A router at `NOW`, with a link that has such a gate, and an open one.
-fn beside(gate: GateOptions) -> (Network, LinkId, LinkId) {
+pub(crate) fn beside(gate: GateOptions) -> (Network, LinkId, LinkId) {
     let mut network = Network::new(RouterOptions::default());
     *network.router.signing_clock_mut() = SigningClock::new(NOW, NOW, network.now);
     let guarded = network.link_with(gated(gate));
@@ -45,7 +45,7 @@ fn beside(gate: GateOptions) -> (Network, LinkId, LinkId) {
 }
 
 /// A frame as somebody with this key sends it.
-fn signed_by(key: &Key, link: u8, at: Timestamp, plain: &[u8]) -> Vec<u8> {
+pub(crate) fn signed_by(key: &Key, link: u8, at: Timestamp, plain: &[u8]) -> Vec<u8> {
     let mut signed = Vec::new();
     Receiver::new().each(plain, Input::Paused, |frame| {
         let mut buffer = FrameBuffer::default();
@@ -54,7 +54,7 @@ fn signed_by(key: &Key, link: u8, at: Timestamp, plain: &[u8]) -> Vec<u8> {
     signed
 }
 
-fn each(bytes: &[u8], f: impl FnMut(&CheckedFrame<'_>)) {
+pub(crate) fn each(bytes: &[u8], f: impl FnMut(&CheckedFrame<'_>)) {
     Receiver::new().each(bytes, Input::Paused, f);
 }
 
