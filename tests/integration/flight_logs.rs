@@ -7,19 +7,19 @@ use rustix::process::Signal;
 use crate::harness::*;
 
 const HEARTBEAT: Message = Message { id: 0, extra: 50, len: 9 };
-const COMMAND_LONG: u32 = 76;
+pub(super) const COMMAND_LONG: u32 = 76;
 const BLOCK: Message = Message { id: 184, extra: 159, len: 206 };
-const BLOCK_STATUS: u32 = 185;
+pub(super) const BLOCK_STATUS: u32 = 185;
 const LOGGING_DATA_ACKED: Message = Message { id: 267, extra: 35, len: 255 };
 const LOGGING_ACK: u32 = 268;
 
 /// MAV_CMD_LOGGING_START, and the number that stands for it with ArduPilot.
 const START: u16 = 2510;
-const START_BLOCKS: u32 = 2_147_483_646;
+pub(super) const START_BLOCKS: u32 = 2_147_483_646;
 
 /// MAV_CMD_LOGGING_STOP, and the number that stands for it with ArduPilot.
 const STOP: u16 = 2511;
-const STOP_BLOCKS: u32 = 2_147_483_645;
+pub(super) const STOP_BLOCKS: u32 = 2_147_483_645;
 
 /// The heartbeat of an armed PX4 (12) or ArduPilot (3).
 fn armed(from: Component, autopilot: u8) -> Vec<u8> {
@@ -27,7 +27,7 @@ fn armed(from: Component, autopilot: u8) -> Vec<u8> {
 }
 
 /// The payload of the next frame with this id, whole, and who has sent it.
-fn next(peer: &mut Peer<TcpWire>, id: u32) -> (Component, Vec<u8>) {
+pub(super) fn next(peer: &mut Peer<TcpWire>, id: u32) -> (Component, Vec<u8>) {
     loop {
         let frame = peer.receive();
         if frame[7..10] == id.to_le_bytes()[..3] {
@@ -39,7 +39,7 @@ fn next(peer: &mut Peer<TcpWire>, id: u32) -> (Component, Vec<u8>) {
 }
 
 /// A ULog of a header and one message.
-fn ulog() -> Vec<u8> {
+pub(super) fn ulog() -> Vec<u8> {
     let mut log = vec![0x55, 0x4c, 0x6f, 0x67, 0x01, 0x12, 0x35, 1, 0, 0, 0, 0, 0, 0, 0, 0];
     log.extend([0x2c, 0x01, b'I']);
     log.extend((0..300_u16).map(|at| at as u8));
@@ -47,7 +47,7 @@ fn ulog() -> Vec<u8> {
 }
 
 /// Sends the pieces of a ULog, each until it is acknowledged, which it is at once.
-fn send_ulog(px4: &mut Peer<TcpWire>, logger: Component, log: &[u8]) {
+pub(super) fn send_ulog(px4: &mut Peer<TcpWire>, logger: Component, log: &[u8]) {
     for (number, data) in (0_u16..).zip(log.chunks(249)) {
         let mut payload = number.to_le_bytes().to_vec();
         payload.extend([logger.system, logger.component, data.len() as u8, 0]);
@@ -63,7 +63,7 @@ fn send_ulog(px4: &mut Peer<TcpWire>, logger: Component, log: &[u8]) {
     }
 }
 
-fn send_block(ardupilot: &mut Peer<TcpWire>, logger: Component, number: u32) {
+pub(super) fn send_block(ardupilot: &mut Peer<TcpWire>, logger: Component, number: u32) {
     let mut payload = number.to_le_bytes().to_vec();
     payload.extend([logger.system, logger.component]);
     payload.extend([number as u8 + 1; 200]);
@@ -71,7 +71,7 @@ fn send_block(ardupilot: &mut Peer<TcpWire>, logger: Component, number: u32) {
 }
 
 /// The number of a block, and whether it has arrived.
-fn next_status(ardupilot: &mut Peer<TcpWire>) -> (u32, bool) {
+pub(super) fn next_status(ardupilot: &mut Peer<TcpWire>) -> (u32, bool) {
     let (_, status) = next(ardupilot, BLOCK_STATUS);
     (u32::from_le_bytes(status[..4].try_into().unwrap()), status[6] == 1)
 }

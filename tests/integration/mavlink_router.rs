@@ -10,12 +10,12 @@ use std::process::{Command, Output};
 use crate::harness::*;
 
 /// The program by the other name, far from what this computer has in /etc.
-struct Routerd {
-    dir: TempDir,
+pub(super) struct Routerd {
+    pub(super) dir: TempDir,
 }
 
 impl Routerd {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         let dir = TempDir::new();
         symlink(PROGRAM, dir.path("mavlink-routerd")).unwrap();
         Self { dir }
@@ -28,7 +28,7 @@ impl Routerd {
         command
     }
 
-    fn start(&self, arguments: &[&str]) -> Router {
+    pub(super) fn start(&self, arguments: &[&str]) -> Router {
         Router::start_command(self.command(), arguments)
     }
 

@@ -167,3 +167,167 @@ def test_dfreader_reads_what_an_ardupilot_has_sent(stage, tmp_path):
     while (message := reader.recv_match(type="HGT")) is not None:
         heights.append(message.Metres)
     assert heights == [number / 2 for number in range(len(heights))] and len(heights) > 500
+
+
+def messages_of(log):
+    """Where each message of a ULog begins, behind the header of the file."""
+    at = 16
+    while at < len(log):
+        yield at
+        at += 3 + struct.unpack_from("<H", log, at)[0]
+
+
+def pieces_of(log):
+    """The pieces of a ULog as PX4 sends them: each with where in it the first message begins."""
+    starts = [0, *messages_of(log)]
+    for at in range(0, len(log), 249):
+        data = log[at : at + 249]
+        first = next((start - at for start in starts if at <= start < at + len(data)), 255)
+        yield data, first
+
+
+class Flight:
+    """A flight of a PX4, from the question for its log on."""
+
+    def __init__(self, vehicle, log):
+        self.vehicle = vehicle
+        self.pieces = list(pieces_of(log))
+        start = mavlink2.MAV_CMD_LOGGING_START
+        asked = vehicle.wait_for("COMMAND_LONG", lambda it: it.command == start)
+        self.logger = asked.get_srcSystem(), asked.get_srcComponent()
+
+    def send(self, number, wants_ack):
+        data, first = self.pieces[number]
+        mav = self.vehicle.mav
+        encode = mav.logging_data_acked_encode if wants_ack else mav.logging_data_encode
+        padded = list(data.ljust(249, b"\0"))
+        self.vehicle.send(encode(*self.logger, number, len(data), first, padded))
+        if wants_ack:
+            self.vehicle.wait_for("LOGGING_ACK", lambda ack: ack.sequence == number)
+
+    def stream(self, numbers, lost=()):
+        """The definitions are acknowledged, telemetry is not; the end is, so that all has arrived."""
+        numbers = list(numbers)
+        for number in numbers:
+            if number not in lost:
+                self.send(number, wants_ack=number < 3 or number == numbers[-1])
+
+
+def beat(vehicle, autopilot, mode):
+    kind = mavlink2.MAV_TYPE_QUADROTOR
+    vehicle.send(vehicle.mav.heartbeat_encode(kind, autopilot, mode, 0, 4))
+
+
+def heights(path):
+    (topic,) = ulog_reader.ULog(path).data_list
+    return list(topic.data["metres"])
+
+
+def test_pyulog_reads_flights_with_dropouts_a_second_arming_and_a_restart(stage, tmp_path):
+    records = start(
+        stage, tmp_path, "--record-telemetry=false", "--flight-log=auto", "--record-when=armed"
+    )
+    autopilot = mavlink2.MAV_AUTOPILOT_PX4
+    px4 = Vehicle(stage, "fc", 1, autopilot)
+    log = ulog()
+    pieces = len(list(pieces_of(log)))
+
+    def disarm():
+        beat(px4, autopilot, 0)
+        stop = mavlink2.MAV_CMD_LOGGING_STOP
+        px4.wait_for("COMMAND_LONG", lambda it: it.command == stop)
+        px4.send(px4.mav.command_ack_encode(stop, mavlink2.MAV_RESULT_ACCEPTED))
+
+    def boot(since_boot_ms):
+        px4.send(px4.mav.system_time_encode(0, since_boot_ms))
+
+    # Two pieces in a row and one by itself are lost; what comes behind them is held for half a
+    # second, and taken when it is sure that they will not come.
+    lost = {7, 8, 15}
+    Flight(px4, log).stream(range(pieces), lost)
+    disarm()
+    # Armed again: a log of its own, whole.
+    beat(px4, autopilot, ARMED)
+    boot(90_000)
+    Flight(px4, log).stream(range(pieces))
+    disarm()
+    # Armed, and in mid-flight the autopilot starts again: what it says next is another log.
+    beat(px4, autopilot, ARMED)
+    Flight(px4, log).stream(range(20))
+    boot(1_000)
+    Flight(px4, log).stream(range(pieces))
+    stop(stage)
+    with_gaps, whole, torn, after = sorted(records.glob("*.ulg"))
+    every = [number / 2 for number in range(500)]
+    assert open(whole, "rb").read() == open(after, "rb").read() == log
+    assert heights(str(whole)) == every
+    read = ulog_reader.ULog(str(with_gaps))
+    assert len(read.dropouts) == 2 and all(dropout.duration > 0 for dropout in read.dropouts)
+    left = heights(str(with_gaps))
+    # A message is 17 bytes long: what three pieces hold is lost, and what reaches into them.
+    missing = sorted(set(every) - set(left))
+    assert left == sorted(left) and 3 * 249 // 17 <= len(missing) <= 3 * 249 // 17 + 4
+    begun = heights(str(torn))
+    assert begun == every[: len(begun)] and len(begun) > 200
+
+
+def test_dfreader_reads_flights_with_a_lost_block_a_second_arming_and_a_restart(stage, tmp_path):
+    records = start(
+        stage, tmp_path, "--record-telemetry=false", "--flight-log=auto", "--record-when=armed"
+    )
+    autopilot = mavlink2.MAV_AUTOPILOT_ARDUPILOTMEGA
+    ardupilot = Vehicle(stage, "fc", 1, autopilot)
+    mav = ardupilot.mav
+    log = dataflash()
+    blocks = [list(log[at : at + 200]) for at in range(0, len(log), 200)]
+    begin = ardupilotmega.MAV_REMOTE_LOG_DATA_BLOCK_START
+    end = ardupilotmega.MAV_REMOTE_LOG_DATA_BLOCK_STOP
+    acknowledged = ardupilotmega.MAV_REMOTE_LOG_DATA_BLOCK_ACK
+
+    def status(number):
+        return ardupilot.wait_for("REMOTE_LOG_BLOCK_STATUS", lambda it: it.seqno == number)
+
+    def fly(numbers, lost=()):
+        """Each block is sent until it is acknowledged, but for what the autopilot has forgotten."""
+        asked = status(begin)
+        logger = asked.get_srcSystem(), asked.get_srcComponent()
+        for number in numbers:
+            if number not in lost:
+                ardupilot.send(mav.remote_log_data_block_encode(*logger, number, blocks[number]))
+                while status(number).status != acknowledged:
+                    pass
+
+    beat(ardupilot, autopilot, ARMED)
+    fly(range(len(blocks)), lost={20})
+    beat(ardupilot, autopilot, 0)
+    status(end)
+    beat(ardupilot, autopilot, ARMED)
+    ardupilot.send(mav.system_time_encode(0, 90_000))
+    fly(range(30))
+    # It starts again in mid-flight.
+    ardupilot.send(mav.system_time_encode(0, 1_000))
+    fly(range(len(blocks)))
+    stop(stage)
+    with_gap, torn, after = sorted(records.glob("*.bin"))
+    assert open(with_gap, "rb").read() == log[: 20 * 200] + bytes(200) + log[21 * 200 :]
+    assert open(torn, "rb").read() == log[: 30 * 200]
+    assert open(after, "rb").read() == log
+    every = heights_by_dfreader(after)
+    assert every == [number / 2 for number in range(len(every))] and len(every) > 500
+    begun = heights_by_dfreader(torn)
+    assert begun == every[: len(begun)] and len(begun) > 300
+    left = heights_by_dfreader(with_gap)
+    # The message that reaches into the gap ends with zeros, and one may be made of its end.
+    right = [height for height in left if height in every]
+    torn_values = [at for at, height in enumerate(right[1:], 1) if height <= right[at - 1]]
+    assert len(torn_values) <= 1
+    missing = set(every) - set(left)
+    assert 200 // 15 <= len(missing) <= 200 // 15 + 2
+
+
+def heights_by_dfreader(path):
+    reader = DFReader.DFReader_binary(str(path))
+    found = []
+    while (message := reader.recv_match(type="HGT")) is not None:
+        found.append(message.Metres)
+    return found

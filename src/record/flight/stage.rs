@@ -55,6 +55,11 @@ impl Line {
         }
     }
 
+    /// What is on its way is lost.
+    pub(super) fn clear(&mut self) {
+        self.on_its_way.clear();
+    }
+
     fn arrived(&mut self, now: Time) -> Vec<Heard> {
         let (due, later): (Vec<_>, _) =
             std::mem::take(&mut self.on_its_way).into_iter().partition(|it| it.0 <= now);

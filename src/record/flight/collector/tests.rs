@@ -1,5 +1,7 @@
 //! Several vehicles at once, each on a line of its own, with the real writer.
 
+mod armings;
+
 use std::time::{Duration, Instant};
 use std::{fs, io, thread};
 
@@ -44,9 +46,14 @@ struct Stage {
 
 impl Stage {
     fn new(pilots: Vec<Pilot>) -> Self {
+        Self::recording(RecordWhen::Always, pilots)
+    }
+
+    fn recording(when: RecordWhen, pilots: Vec<Pilot>) -> Self {
         let dir = TestDir::new();
         let options = RecordOptions {
             dir: Some(dir.path().to_owned()),
+            when,
             min_free: 0,
             flight_log: FlightLog::Auto,
             ..RecordOptions::default()
@@ -60,9 +67,13 @@ impl Stage {
         self.collector.handle_frame(&Frame::parse(bytes).unwrap(), self.now);
     }
 
-    /// All heartbeats are heard.
+    /// All heartbeats are heard, of vehicles that are armed.
     fn greet(&mut self) {
-        let heartbeats: Vec<_> = self.pilots.iter().map(|it| it.heartbeat(ARMED)).collect();
+        self.beat(ARMED);
+    }
+
+    fn beat(&mut self, mode: u8) {
+        let heartbeats: Vec<_> = self.pilots.iter().map(|it| it.heartbeat(mode)).collect();
         heartbeats.iter().for_each(|heartbeat| self.hear(heartbeat));
     }
 

@@ -154,3 +154,31 @@ fn what_finds_no_room_is_not_acknowledged_and_so_comes_again() {
     stage.run(1_000);
     assert!(stage.files.contents() == [&log[..]]);
 }
+
+/// A stream that somebody else began, a damaged file on the vehicle's card: what does not begin as a
+/// ULog does makes no file.
+#[test]
+fn a_first_piece_with_a_wrong_magic_makes_no_file_and_is_asked_for_anew() {
+    let mut stage = stage(4);
+    let log = log(&mut stage.line.chance, 50);
+    for at in 0..7 {
+        stage.want(true);
+        let mut piece = pieces(&log, usize::MAX)[0].clone();
+        piece.data[at] ^= 1;
+        let said = stage.handle(Heard::Ulog(piece));
+        assert_eq!(said, [Said::command(1, STOP), Said::command(1, START)], "byte {at}");
+        assert!(stage.files.files.is_empty(), "byte {at}");
+        stage.act(Session::leave);
+    }
+    // Too short for a header.
+    stage.want(true);
+    let mut piece = pieces(&log, usize::MAX)[0].clone();
+    piece.data.truncate(15);
+    stage.handle(Heard::Ulog(piece));
+    assert!(stage.files.files.is_empty());
+    // It is streaming, as it was asked to.
+    stage.vehicle.pieces = pieces(&log, usize::MAX);
+    stage.run_to_end();
+    stage.run(2_000);
+    assert!(stage.files.contents() == [&log[..]], "the one that begins right is taken");
+}
