@@ -6,14 +6,17 @@
 use clap::CommandFactory;
 use mavswitch::cli::Cli;
 use mavswitch::config::{
-    AddressKind, EndpointConfig, GENERAL, MAX_ENDPOINTS, OPTIONS, OnChange, OptionSpec,
+    AddressKind, EndpointConfig, GENERAL, MAX_CONFIG_FILE, MAX_ENDPOINTS, MAX_KEY_FILE, OPTIONS,
+    OnChange, OptionSpec,
 };
-use mavswitch::daemon::MAX_HTTP_CLIENTS;
+use mavswitch::control::MAX_REQUEST;
+use mavswitch::daemon::{LISTEN_ROOM, MAX_CONTROL_CLIENTS, MAX_HTTP_CLIENTS};
 use mavswitch::link::{BATCH, Backoff};
 use mavswitch::mavlink::{MAX_DEFINITIONS, MAX_FRAME, MAX_MESSAGES, Splitter};
+use mavswitch::record::{MAX_FLIGHT_VEHICLES, RECORD_BUFFER};
 use mavswitch::routing::{
-    Capacity, HELD_BACK, LOOP_WINDOW, LinkOptions, MAX_COMPONENTS, MAX_LINKS, QueueLimits,
-    REMEMBERED, RING_WINDOW, RouterOptions,
+    Capacity, HELD_BACK, LOOP_WINDOW, LinkOptions, MAX_COMPONENTS, MAX_HEARD, MAX_LINKS,
+    MAX_TALLIES, QueueLimits, REMEMBERED, RING_WINDOW, RouterOptions,
 };
 use mavswitch::status::MAX_COMPONENT_SERIES;
 
@@ -152,6 +155,14 @@ fn the_bounds_are_those_of_the_program() {
     assert_eq!(bounds("frames remembered"), [REMEMBERED, seconds(RING_WINDOW), seconds(HELD_BACK)]);
     assert_eq!(bounds("requests by HTTP")[0], MAX_HTTP_CLIENTS);
     assert_eq!(bounds("components with series"), [MAX_COMPONENT_SERIES]);
+    assert_eq!(bounds("requests by the control socket"), [MAX_CONTROL_CLIENTS, MAX_REQUEST]);
+    assert_eq!(bounds("frames that wait for a `mavswitch listen`"), [LISTEN_ROOM]);
+    assert_eq!(bounds("what waits to be recorded"), [RECORD_BUFFER]);
+    assert_eq!(bounds("vehicles whose flight-stack logs"), [MAX_FLIGHT_VEHICLES]);
+    assert_eq!(bounds("pairs of a component and a link"), [MAX_HEARD]);
+    assert_eq!(bounds("pairs of a component and a message"), [MAX_TALLIES]);
+    assert_eq!(bounds("a configuration file"), [MAX_CONFIG_FILE as usize]);
+    assert_eq!(bounds("a key file"), [MAX_KEY_FILE as usize]);
     assert_eq!(bounds("length of a frame"), [MAX_FRAME]);
     assert_eq!(bounds("unfinished frame"), [Splitter::CARRY]);
     assert_eq!(bounds("reading from one link")[2], BATCH);

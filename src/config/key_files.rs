@@ -21,7 +21,7 @@ use super::suggest;
 use crate::mavlink::{KEY_LEN, Key};
 
 /// How large a key file may be, in bytes: a passphrase may be long.
-const MAX_LEN: u64 = 4_096;
+pub const MAX_LEN: u64 = 4_096;
 
 /// Where systemd says which directory has the credentials of a service.
 const CREDENTIALS: &str = "CREDENTIALS_DIRECTORY";

@@ -52,7 +52,10 @@ pub use import::{
     ENDPOINT_KEYS, EndpointKey, GENERAL_KEYS, GeneralKey, Imported, ROUTERD_DIR, RouterdArguments,
     RouterdFiles, SectionKind, TcpServer, fuzz_import, import_routerd,
 };
-pub use key_files::{KeyError, KeyFile, KeyRef, fuzz_key, load_keys, load_spare_keys, unused_keys};
+pub use key_files::{
+    KeyError, KeyFile, KeyRef, MAX_LEN as MAX_KEY_FILE, fuzz_key, load_keys, load_spare_keys,
+    unused_keys,
+};
 pub use merge::{Config, Endpoint, MAX_ENDPOINTS};
 pub use network::Network;
 pub use option_spec::{OnChange, OptionSpec};
@@ -62,6 +65,7 @@ pub use own::OwnOptions;
 pub use place::{ConfigError, ConfigProblem, Place};
 pub use record::{FlightLog, RecordOptions, RecordWhen, any_time, size};
 pub use shape::Shape;
+pub use source::MAX_LEN as MAX_CONFIG_FILE;
 pub use suggest::message_hint;
 pub(crate) use suggest::nearest;
 pub use value::{ids, messages};

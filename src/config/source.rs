@@ -13,7 +13,7 @@ use super::error::printable;
 use super::place::{ConfigProblem, Place};
 
 /// How large a file may be, in bytes; a thousand endpoints need a tenth of it.
-const MAX_LEN: u64 = 1 << 20;
+pub const MAX_LEN: u64 = 1 << 20;
 
 /// How many characters of a wrong value are shown.
 const SHOWN: usize = 40;

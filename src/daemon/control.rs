@@ -20,6 +20,7 @@ use mio::net::UnixStream;
 use tracing::{debug, info, warn};
 
 use self::client::{ControlClient, Input, Mode};
+pub use self::listen::ROOM as LISTEN_ROOM;
 use self::socket::ControlSocket;
 use self::why::FrameShape;
 use super::event_loop::{Daemon, Meaning};
@@ -32,7 +33,7 @@ use crate::control::{
 use crate::routing::Time;
 
 /// How many clients there can be at the same time.
-const MAX_CLIENTS: usize = 8;
+pub const MAX_CLIENTS: usize = 8;
 
 /// A client that has asked nothing, or taken nothing, for so long is not waited for any more.
 const IDLE: Duration = Duration::from_secs(120);

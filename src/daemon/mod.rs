@@ -42,6 +42,7 @@ mod token;
 mod transmit;
 mod upkeep;
 
+pub use control::{LISTEN_ROOM, MAX_CLIENTS as MAX_CONTROL_CLIENTS};
 pub use error::StartError;
 pub use event_loop::{DaemonConfig, run};
 pub use http::{MAX_HTTP_CLIENTS, fuzz_http_request};

@@ -15,7 +15,7 @@ use super::status::Shared;
 use crate::mavlink::MAX_FRAME;
 
 /// How much may wait for the writer, in bytes: at 20,000 frames a second, the traffic of two seconds.
-pub(super) const CAPACITY: usize = 4 * 1024 * 1024;
+pub const CAPACITY: usize = 4 * 1024 * 1024;
 
 /// Before each piece: its kind, a number that means what the kind says, its slot and its length.
 const HEAD: usize = 12;

@@ -22,7 +22,8 @@ pub mod tools;
 mod writer;
 
 pub use bars::{beside_bars, hide_bars, show_bars};
-pub use flight::{Collector, FlightFeed, FlightProgress, Phase, fuzz_flight};
+pub use feed::CAPACITY as RECORD_BUFFER;
+pub use flight::{Collector, FlightFeed, FlightProgress, MAX_FLIGHT_VEHICLES, Phase, fuzz_flight};
 pub use recorder::Recorder;
 pub use replay::{Replay, ReplayOptions, look_at_log};
 pub use select::{BadMoment, Moment, Selection};

@@ -26,7 +26,7 @@ pub(super) struct Listening {
 }
 
 /// How much may wait for a listener, in bytes.
-const ROOM: usize = 256 * 1_024;
+pub const ROOM: usize = 256 * 1_024;
 
 impl Daemon {
     /// From now on the client is told of frames; the first answer says so.

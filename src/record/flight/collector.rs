@@ -19,7 +19,7 @@ use crate::mavlink::{Frame, MessageId};
 use crate::routing::{LocalPeer, Time};
 
 /// How many vehicles it has sessions with; those that come later make no log here.
-const VEHICLES: usize = 32;
+pub const VEHICLES: usize = 32;
 
 /// How much may wait to be said; what goes beyond is said again when it is asked for again.
 const OUTBOX: usize = 4_096;

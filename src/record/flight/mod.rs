@@ -16,7 +16,7 @@ mod sink;
 mod stage;
 mod ulog;
 
-pub use collector::{Collector, FlightProgress};
+pub use collector::{Collector, FlightProgress, VEHICLES as MAX_FLIGHT_VEHICLES};
 pub use fuzz::fuzz_flight;
 pub use session::Phase;
 pub use sink::FlightFeed;
