@@ -1,11 +1,21 @@
-//! Nothing on a frame's way allocates: splitter, checker, router and queues, once warm.
+//! Nothing on a frame's way allocates: splitter, checker, router and queues, once warm; gates that
+//! sign, verify, strip and remap; the recorder; the router's own component.
 
 use allocation_counter::measure;
+use mavswitch::config::RecordOptions;
 use mavswitch::mavlink::{
-    Checker, Component, Dialect, FrameSpec, Input, MessageId, Splitter, Version, encode,
+    CheckedFrame, Checker, Component, Dialect, Frame, FrameSpec, Input, Key, MessageId, Recipes,
+    Splitter, SystemMap, Timing, Version, encode,
 };
-use mavswitch::routing::{LinkId, LinkOptions, RateCap, Router, RouterOptions, Time};
-use std::time::Duration;
+use mavswitch::own::OwnComponent;
+use mavswitch::record::Recorder;
+use mavswitch::routing::{
+    GateOptions, LinkId, LinkOptions, LocalPeer, OldFrames, RateCap, Router, RouterOptions, Sign,
+    Time, Verify,
+};
+use std::sync::Arc;
+use std::time::{Duration, SystemTime};
+use std::{env, fs};
 
 const ROUNDS: u64 = 20_000;
 
@@ -48,14 +58,17 @@ struct Bench {
 
 impl Bench {
     fn new() -> Self {
-        let mut router = Router::new(RouterOptions::default());
         let options = || LinkOptions {
             caps: vec![RateCap { id: MessageId(30), interval: Duration::from_millis(100) }],
             dedup: Some(Duration::from_millis(1)),
             ..LinkOptions::default()
         };
-        let mut link = || router.add_link(options(), Time::ZERO).expect("there is room");
-        let links = std::array::from_fn(|_| link());
+        Self::with_links([options(), options(), options()])
+    }
+
+    fn with_links(options: [LinkOptions; 3]) -> Self {
+        let mut router = Router::new(RouterOptions::default());
+        let links = options.map(|it| router.add_link(it, Time::ZERO).expect("there is room"));
         Self {
             checker: Checker::new(Dialect::builtin()),
             splitter: Splitter::new(),
@@ -101,4 +114,131 @@ fn nothing_on_a_frames_way_allocates() {
     let counters = bench.router.counters(bench.links[0]).expect("the link is there");
     assert!(counters.frames_in > ROUNDS * 7, "the frames did arrive");
     assert!(counters.dropped() > ROUNDS, "some were dropped for lack of a route");
+}
+
+/// A link whose frames go through a gate.
+fn gated(gate: GateOptions) -> LinkOptions {
+    LinkOptions { gate, ..LinkOptions::default() }
+}
+
+/// What the air between two gateways carries, without a buffer of its own.
+struct Air {
+    bytes: [u8; 4_096],
+    len: usize,
+}
+
+impl Air {
+    /// Takes what waits for a link, in the shape in which it leaves.
+    fn take(&mut self, from: &mut Bench, link: usize) {
+        let port = from.router.port_mut(from.links[link]).expect("the link is there");
+        let (first, second) = port.head(usize::MAX);
+        self.len = first.len() + second.len();
+        self.bytes[..first.len()].copy_from_slice(first);
+        self.bytes[first.len()..self.len].copy_from_slice(second);
+        port.consume(self.len);
+    }
+}
+
+/// A vehicle with a number of its own behind the near gateway, which signs; the far one verifies,
+/// takes the signature off and gives the vehicle another number.
+#[test]
+fn gates_that_sign_verify_strip_and_remap_allocate_nothing() {
+    let key = || Key::from_passphrase("the key of this vehicle");
+    let recipes = Arc::new(Recipes::new(&Dialect::builtin()));
+    let sign = Some(Sign { key: key(), v1: OldFrames::Upgrade });
+    let (allow_unsigned, strip) = (vec![MessageId::RADIO_STATUS], true);
+    let verify = Some(Verify { key: key(), allow_unsigned, strip, before_sending: false });
+    let remap = SystemMap::new(&[(1, 7)]).map(Arc::new);
+    let near = GateOptions { sign, ..GateOptions::default() };
+    let far = GateOptions { verify, remap, recipes: Some(recipes), ..GateOptions::default() };
+    let plain = LinkOptions::default;
+    // What leaves by the last link of each stays until it is taken.
+    let mut near = Bench::with_links([plain(), plain(), gated(near)]);
+    let mut far = Bench::with_links([gated(far), plain(), plain()]);
+    let stream = stream();
+    let mut air = Air { bytes: [0; 4_096], len: 0 };
+    let mut round = |number: u64| {
+        let now = Time::from_millis(number);
+        near.turn(0, &stream, now);
+        air.take(&mut near, 2);
+        far.turn(0, &air.bytes[..air.len], now);
+        air.take(&mut far, 2);
+        air.len
+    };
+    for number in 0..100 {
+        round(number);
+    }
+    let mut arrived = 0;
+    let allocations = measure(|| arrived = (100..ROUNDS).map(&mut round).sum());
+    assert_eq!(allocations.count_total, 0, "in {ROUNDS} rounds");
+    let counters = far.router.counters(far.links[0]).expect("the link is there");
+    assert!(counters.frames_in > ROUNDS * 3, "the frames did arrive");
+    assert_eq!(counters.dropped(), 0, "each had a signature that is right");
+    assert!(arrived > 50 * ROUNDS as usize, "and they went on");
+    assert!(far.router.table().find(Component::new(7, 1)).is_some(), "as those of system 7");
+}
+
+/// The frames of a stream, each by itself.
+fn each(stream: &[u8], mut act: impl FnMut(&CheckedFrame<'_>)) {
+    let (mut splitter, mut checker) = (Splitter::new(), Checker::new(Dialect::builtin()));
+    let mut buffer = vec![0; Splitter::CARRY + 4_096];
+    buffer[Splitter::CARRY..][..stream.len()].copy_from_slice(stream);
+    let mut cutter = splitter.cut(&mut buffer, stream.len(), Input::Paused);
+    while let Some(frame) = cutter.next(&mut checker) {
+        act(&frame);
+    }
+}
+
+#[test]
+fn the_recorder_allocates_nothing_for_a_frame() {
+    let dir = env::temp_dir().join(format!("mavswitch-allocations-{}", std::process::id()));
+    // Of an earlier run whose process had the same number.
+    let _ = fs::remove_dir_all(&dir);
+    let options = RecordOptions { dir: Some(dir.clone()), min_free: 0, ..Default::default() };
+    let mut recorder = Recorder::start(&options, Time::ZERO).expect("a thread for it");
+    let wall = SystemTime::now();
+    let mut frames = 0;
+    each(&stream(), |frame| {
+        let mut round = |number: u64| {
+            let (wall, now) = (wall + Duration::from_millis(number), Time::from_millis(number));
+            recorder.begin_turn(wall, now);
+            recorder.record(frame);
+            recorder.end_turn();
+            frames += 1;
+        };
+        (0..100).for_each(&mut round);
+        let allocations = measure(|| (100..ROUNDS / 4).for_each(&mut round));
+        assert_eq!(allocations.count_total, 0, "in {ROUNDS} rounds");
+    });
+    recorder.stop(Duration::from_secs(60));
+    let files = fs::read_dir(&dir).expect("a directory").map(|entry| entry.expect("a file"));
+    let bytes: u64 = files.map(|file| file.metadata().expect("its length").len()).sum();
+    assert!(frames > ROUNDS && bytes > 20 * ROUNDS, "it was recorded: {bytes} bytes");
+    fs::remove_dir_all(&dir).expect("the directory goes");
+}
+
+#[test]
+fn the_own_component_allocates_nothing_for_a_question_and_its_answer() {
+    let (own, gcs) = (Component::new(1, 191), Component::new(255, 190));
+    let mut component = OwnComponent::new(Some(own));
+    let (mut question, mut answer) = (Vec::with_capacity(300), Vec::with_capacity(300));
+    let mut answers = 0;
+    let mut round = |number: u64| {
+        let now = Time::from_millis(number);
+        question.clear();
+        let timing = match number % 2 {
+            0 => Timing::timesync(0, number as i64, own),
+            _ => Timing::ping(number, 1, Component::new(0, 0)),
+        };
+        timing.encode(gcs, number as u8, &mut question);
+        component.handle_frame(&Frame::parse(&question).expect("a frame"), now);
+        answer.clear();
+        while component.poll_transmit(now, &mut answer) {
+            answers += 1;
+        }
+    };
+    (0..100).for_each(&mut round);
+    let allocations = measure(|| (100..ROUNDS).for_each(&mut round));
+    assert_eq!(allocations.count_total, 0, "in {ROUNDS} rounds");
+    assert_eq!(answers, ROUNDS, "each had its answer");
 }

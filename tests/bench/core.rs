@@ -10,13 +10,15 @@
 use std::collections::BTreeMap;
 use std::process::{Command, ExitCode};
 use std::time::{Duration, Instant};
-use std::{env, fs};
+use std::{env, fs, vec};
 
 use mavswitch::mavlink::{
     CheckedFrame, Checker, Component, Dialect, FrameBuffer, FrameSpec, Header, Input, Key,
     MessageId, Splitter, Streams, Timestamp, Version, encode,
 };
-use mavswitch::routing::{LinkId, LinkOptions, Router, RouterOptions, Time};
+use mavswitch::routing::{
+    GateOptions, LinkId, LinkOptions, OldFrames, Router, RouterOptions, Sign, Time, Verify,
+};
 
 /// Where the figures stand that are compared with.
 const COMMITTED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/bench/core.tsv");
@@ -33,13 +35,30 @@ struct Case {
     /// It is for the component on the last link.
     directed: bool,
     dedup: bool,
+    signing: Signing,
 }
 
-const CASES: [Case; 4] = [
-    Case { name: "telemetry to 1 link", links: 1, directed: false, dedup: false },
-    Case { name: "telemetry to 8 links", links: 8, directed: false, dedup: false },
-    Case { name: "directed, 1 of 200 links", links: 200, directed: true, dedup: false },
-    Case { name: "telemetry to 1 link, dedup", links: 1, directed: false, dedup: true },
+/// Where frames are signed, if they are.
+#[derive(Clone, Copy, PartialEq)]
+enum Signing {
+    None,
+    /// The link that they leave by signs them.
+    Out,
+    /// The link that they come by verifies them.
+    In,
+}
+
+/// What each of the cases is unless it says something else.
+const PLAIN: Case =
+    Case { name: "", links: 1, directed: false, dedup: false, signing: Signing::None };
+
+const CASES: [Case; 6] = [
+    Case { name: "telemetry to 1 link", ..PLAIN },
+    Case { name: "telemetry to 8 links", links: 8, ..PLAIN },
+    Case { name: "directed, 1 of 200 links", links: 200, directed: true, ..PLAIN },
+    Case { name: "telemetry to 1 link, dedup", dedup: true, ..PLAIN },
+    Case { name: "telemetry to 1 link that signs", signing: Signing::Out, ..PLAIN },
+    Case { name: "telemetry from a link that verifies", signing: Signing::In, ..PLAIN },
 ];
 
 fn main() -> ExitCode {
@@ -93,6 +112,10 @@ fn nanoseconds(case: Case) -> f64 {
     let mut core = Core::new(case);
     core.run(TURNS);
     let run = |_| {
+        if core.is_spent(TURNS) {
+            core = Core::new(case);
+            core.run(TURNS);
+        }
         let begin = Instant::now();
         core.run(TURNS);
         begin.elapsed().as_secs_f64() * 1e9 / (TURNS * FRAMES_A_TURN) as f64
@@ -102,7 +125,7 @@ fn nanoseconds(case: Case) -> f64 {
 
 /// Nanoseconds to believe a signed frame of 65 bytes: its signature, and its place in its stream.
 fn signature() -> f64 {
-    let key = Key::from_passphrase("bench");
+    let key = key();
     let begin = Timestamp::new(1_000_000);
     let plain = frame(1, None, 0);
     let header = Header::parse(&plain).expect("a frame");
@@ -148,21 +171,27 @@ struct Core {
     source: LinkId,
     buffer: Vec<u8>,
     bytes: Vec<u8>,
+    /// What is read instead where each frame must have a signature of its own.
+    signed: Option<vec::IntoIter<Vec<u8>>>,
     /// Turns so far.
     turn: u64,
 }
+
+/// For how many turns there are signed frames.
+const SIGNED: u64 = 1_200;
 
 impl Core {
     fn new(case: Case) -> Self {
         let mut router = Router::new(RouterOptions::default());
         let dedup = case.dedup.then(|| Duration::from_millis(500));
-        let options = || LinkOptions { dedup, ..LinkOptions::default() };
-        let mut add = || router.add_link(options(), Time::ZERO).expect("there is room");
-        let links: Vec<_> = (0..=case.links).map(|_| add()).collect();
+        let options = |at| LinkOptions { dedup, gate: gate(case, at), ..LinkOptions::default() };
+        let mut add = |at| router.add_link(options(at), Time::ZERO).expect("there is room");
+        let links: Vec<_> = (0..=case.links).map(&mut add).collect();
         let bytes = Vec::new();
         let (splitter, buffer) = (Splitter::new(), vec![0; Splitter::CARRY + 8_192]);
         let checker = Checker::new(Dialect::builtin());
-        let mut core = Self { checker, splitter, router, source: links[0], buffer, bytes, turn: 0 };
+        let (source, signed) = (links[0], None);
+        let mut core = Self { checker, splitter, router, source, buffer, bytes, signed, turn: 0 };
         // Everybody is known before it begins.
         for (system, link) in (1..).zip(&links) {
             core.bytes = frame(system, None, 0);
@@ -173,7 +202,13 @@ impl Core {
         for n in 0..FRAMES_A_TURN {
             core.bytes.extend(frame(1, target, n));
         }
+        core.signed = (case.signing == Signing::In).then(|| signed_turns().into_iter());
         core
+    }
+
+    /// Whether there are not as many turns left.
+    fn is_spent(&self, turns: usize) -> bool {
+        self.signed.as_ref().is_some_and(|signed| signed.len() < turns)
     }
 
     fn run(&mut self, turns: usize) {
@@ -185,6 +220,9 @@ impl Core {
     /// A read of all the bytes on a link, and the queues emptied as a flush does.
     fn pass(&mut self, link: LinkId) {
         self.turn += 1;
+        if let Some(signed) = &mut self.signed {
+            self.bytes = signed.next().expect("signed frames");
+        }
         let now = Time::from_millis(self.turn * 600);
         let received = self.bytes.len();
         self.buffer[Splitter::CARRY..][..received].copy_from_slice(&self.bytes);
@@ -198,6 +236,41 @@ impl Core {
             }
         }
     }
+}
+
+/// The gate of a link; number 0 is the one that frames come by.
+fn gate(case: Case, link: u8) -> GateOptions {
+    let none = GateOptions::default();
+    match case.signing {
+        Signing::Out if link != 0 => {
+            GateOptions { sign: Some(Sign { key: key(), v1: OldFrames::Pass }), ..none }
+        }
+        Signing::In if link == 0 => {
+            let (allow_unsigned, strip) = (Vec::new(), false);
+            let verify = Verify { key: key(), allow_unsigned, strip, before_sending: false };
+            GateOptions { verify: Some(verify), ..none }
+        }
+        _ => none,
+    }
+}
+
+fn key() -> Key {
+    Key::from_passphrase("bench")
+}
+
+/// Turns of frames that are signed one after the other.
+fn signed_turns() -> Vec<Vec<u8>> {
+    let signed = |number: u64| {
+        let plain = frame(1, None, number as usize);
+        let header = Header::parse(&plain).expect("a frame");
+        let target = Component::new(0, 0);
+        let plain = CheckedFrame { bytes: &plain, header, target, verified: true };
+        let mut buffer = FrameBuffer::default();
+        let at = Timestamp::new(1_000_000).plus(number);
+        buffer.sign(&plain, &key(), 1, at).expect("an unsigned frame").bytes.to_vec()
+    };
+    let turn = FRAMES_A_TURN as u64;
+    (0..SIGNED).map(|at| (at * turn..(at + 1) * turn).flat_map(signed).collect()).collect()
 }
 
 /// A frame of 52 bytes: ATTITUDE_QUATERNION, or COMMAND_INT if it is for somebody.

@@ -16,7 +16,8 @@ import pytest
 from fastcrc.crc16 import mcrf4xx
 
 FRAMES = int(os.environ.get("DIFFERENTIAL_FRAMES", "100000"))
-SEED = int(os.environ.get("DIFFERENTIAL_SEED", "2012"))
+USUAL_SEED = 2012
+SEED = int(os.environ.get("DIFFERENTIAL_SEED", USUAL_SEED))
 DIALECTS = sorted(module.name for module in pkgutil.iter_modules(published.__path__))
 
 
@@ -125,7 +126,8 @@ def test_from_a_damaged_stream_no_less_comes_than_from_pymavlink_and_nothing_fal
     theirs = Counter(by_pymavlink(name, stream))
     assert (ours & wanted).total() >= (theirs & wanted).total()
     false = (unsigned(ours) - unsigned(real)).total()
-    # Some thousand candidates begin in the wreckage, and each has one chance in 65,536 to pass.
-    assert false <= 2 + len(frames) // 5_000, f"{false} false frames"
+    # Some thousand candidates begin in the wreckage, and each has one chance in 65,536 to pass a full
+    # check of 16 bits. With the usual seed none has it; any other one may be lucky once or twice.
+    assert false <= (0 if SEED == USUAL_SEED else 2 + len(frames) // 5_000), f"{false} false frames"
     print(f"{name}: {wanted.total()} whole, {(ours & wanted).total()} found, "
           f"{(theirs & wanted).total()} by pymavlink; {false} false")
