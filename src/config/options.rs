@@ -78,7 +78,8 @@ pub struct EndpointOptions {
     pub path: PathChoice,
     /// The rank of this endpoint in its group: with [`PathChoice::Best`], the highest is preferred.
     pub prefer: u8,
-    /// The time within which the second copy of a frame is dropped, 1 to 1000 ms.
+    /// The time within which the second copy of a frame is dropped, 1 to 1000 ms; `None`: 500 ms in a
+    /// group.
     pub dedup: Option<Duration>,
     /// Whether nothing is taken that comes from here.
     pub readonly: bool,

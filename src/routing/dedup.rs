@@ -30,9 +30,8 @@ pub(super) struct Seen {
     /// Over which link it came first: that number, in that life.
     link: LinkId,
     life: u8,
-    /// Over which links it came again since, by the remainders of their numbers; and whether the
-    /// first one is on probation.
-    again: u8,
+    /// Whether the first link is on probation, and whether it has come again since.
+    flags: u8,
 }
 
 /// A link for as long as it lives: its number is given again when it is gone.
@@ -43,9 +42,9 @@ pub(super) struct Origin {
     pub(super) life: u8,
 }
 
-/// In `Seen::again`, above the links.
-const PROBATION: u8 = 0x80;
-const LINKS: usize = 7;
+/// In `Seen::flags`.
+const PROBATION: u8 = 1;
+const NOTED: u8 = 2;
 
 /// What fits into a line of the processor's cache; the oldest makes room.
 #[derive(Clone, Copy, Debug)]
@@ -86,14 +85,14 @@ impl Dedup {
         let place = bucket.next as usize % WAYS;
         bucket.next = place as u32 + 1;
         let Origin { link, life } = from;
-        bucket.seen[place] = Seen { tag, at: millis(now), link, life, again: 0 };
+        bucket.seen[place] = Seen { tag, at: millis(now), link, life, flags: 0 };
         None
     }
 }
 
 impl Bucket {
     const EMPTY: Self = {
-        let nothing = Seen { tag: 0, at: 0, link: LinkId::ZERO, life: 0, again: 0 };
+        let nothing = Seen { tag: 0, at: 0, link: LinkId::ZERO, life: 0, flags: 0 };
         Self { seen: [nothing; WAYS], next: 0 }
     };
 }
@@ -112,32 +111,28 @@ impl Seen {
     /// It has come over this link now as if it had never come before.
     pub(super) fn renew(&mut self, from: Origin, now: Time) {
         (self.link, self.life) = (from.link, from.life);
-        (self.at, self.again) = (millis(now), 0);
+        (self.at, self.flags) = (millis(now), 0);
     }
 
     /// This link takes the place of the one that was first, on probation: it may have gone round.
     pub(super) fn take_over(&mut self, from: Origin, now: Time) {
         self.renew(from, now);
-        self.again = PROBATION;
+        self.flags = PROBATION;
     }
 
     /// Whether the first link has taken the place of another.
     pub(super) fn is_on_probation(&self) -> bool {
-        self.again & PROBATION != 0
+        self.flags & PROBATION != 0
     }
 
-    /// Whether it has come again since over any link that was noted.
+    /// Whether it has come again on probation, and was dropped for that.
     pub(super) fn was_noted(&self) -> bool {
-        self.again & !PROBATION != 0
+        self.flags & NOTED != 0
     }
 
-    /// It has come over another link; says whether for the first time since it came over the first
-    /// one. Of two links with the same remainder, the second is not told from the first.
-    pub(super) fn note(&mut self, link: LinkId) -> bool {
-        let bit = 1 << (link.index() % LINKS);
-        let is_new = self.again & bit == 0;
-        self.again |= bit;
-        is_new
+    /// It has come again on probation, and is dropped.
+    pub(super) fn note(&mut self) {
+        self.flags |= NOTED;
     }
 }
 
@@ -173,17 +168,6 @@ mod tests {
     }
 
     #[test]
-    fn each_other_link_is_new_once() {
-        let [radio, modem] = links();
-        let mut dedup = Dedup::new();
-        dedup.recall(b"frame", radio, Time::ZERO);
-        let seen = dedup.recall(b"frame", modem, Time::ZERO).unwrap();
-        assert_eq!([modem, modem].map(|from| seen.note(from.link)), [true, false]);
-        seen.renew(radio, Time::ZERO);
-        assert!(seen.note(modem.link), "the first one has brought it again");
-    }
-
-    #[test]
     fn who_takes_the_place_of_the_first_is_on_probation_until_it_is_renewed() {
         let [radio, modem] = links();
         let mut dedup = Dedup::new();
@@ -192,7 +176,7 @@ mod tests {
         assert!(!seen.is_on_probation());
         seen.take_over(modem, Time::ZERO);
         assert_eq!((seen.first(), seen.is_on_probation(), seen.was_noted()), (modem, true, false));
-        seen.note(modem.link);
+        seen.note();
         assert_eq!((seen.is_on_probation(), seen.was_noted()), (true, true));
         seen.renew(modem, Time::ZERO);
         assert_eq!((seen.is_on_probation(), seen.was_noted()), (false, false));

@@ -8,8 +8,8 @@
 //! number included, is heard each time, as it does so over the same link.
 //!
 //! Four things are let through besides, each so that it cannot go on for ever:
-//! - between links of one group without `dedup`, each brings it once more for each time that the
-//!   first one does: the user wants both;
+//! - links of one group are one way: what one of them brought is a copy on the others, but only for
+//!   so long as their ways differ in length, and for what the source has gone on from since;
 //! - when the link that was first is gone, as with a program that connects anew, or the frame came
 //!   over it too long ago to have gone round fast, another link **takes its place**, but on
 //!   probation: the next time it comes, over whichever link, it counts as having gone round;
@@ -40,6 +40,11 @@ pub const RING_WINDOW: Duration = Duration::from_secs(2);
 /// no coverage.
 pub const HELD_BACK: Duration = Duration::from_secs(30);
 
+/// So much longer one link of a group may take than another, where the user does not say. All that is
+/// lost by it is a frame of who counts nothing, if it is sent twice within this time and each of the
+/// two arrives over another link only.
+pub const GROUP_WINDOW: Duration = Duration::from_millis(500);
+
 /// A link that was heard within this time says where its sources are in their counting.
 const COUNTING: Duration = Duration::from_secs(2);
 
@@ -54,8 +59,6 @@ pub(super) enum Arrival {
     New,
     /// It did, over another link, which is gone, or so long ago that it is taken for new.
     Again,
-    /// It did, over another link of the same group, and the user wants both.
-    Parallel,
     /// It did, over another link.
     Copy,
 }
@@ -126,25 +129,23 @@ impl Known<'_> {
             seen.renew(self.from, self.now);
             return Arrival::New;
         }
-        let age = seen.age(self.now);
-        let is_beside = self.from != seen.first() && self.is_beside(seen.first().link);
-        let arrival =
-            if self.from != seen.first() && self.dedup().is_some_and(|window| age < window) {
-                Arrival::Copy
-            } else if is_beside && !seen.is_on_probation() {
-                self.judge_parallel(seen, age)
-            } else if is_beside && self.dedup().is_none() && age < RING_WINDOW {
-                if seen.note(self.from.link) { Arrival::Parallel } else { Arrival::Copy }
-            } else if seen.is_on_probation() {
-                self.judge_on_probation(seen, age)
-            } else {
-                self.judge_late(seen.first(), age)
-            };
+        let (first, age) = (seen.first(), seen.age(self.now));
+        let is_beside = self.from != first && !self.is_gone(first) && self.is_beside(first.link);
+        let is_within_dedup =
+            || self.from != first && self.dedup().is_some_and(|window| age < window);
+        let arrival = if is_within_dedup() {
+            Arrival::Copy
+        } else if is_beside && !seen.is_on_probation() {
+            self.judge_beside(age)
+        } else if seen.is_on_probation() {
+            self.judge_on_probation(seen, age)
+        } else {
+            self.judge_late(first, age)
+        };
         match arrival {
             Arrival::New => seen.renew(self.from, self.now),
             Arrival::Again => seen.take_over(self.from, self.now),
-            Arrival::Parallel => {}
-            Arrival::Copy if seen.is_on_probation() => drop(seen.note(self.from.link)),
+            Arrival::Copy if seen.is_on_probation() => seen.note(),
             Arrival::Copy => {}
         }
         arrival
@@ -207,20 +208,15 @@ impl Known<'_> {
         self.table.find(self.frame.header.source)?.on(self.from.link)
     }
 
-    /// The frame came over another link of the same group before, but not within `dedup`.
-    fn judge_parallel(&self, seen: &mut Seen, age: Duration) -> Arrival {
-        if self.dedup().is_some() {
-            let is_copy = age < HELD_BACK && self.is_behind(|link| self.is_beside(link));
-            return if is_copy { Arrival::Copy } else { Arrival::New };
-        }
-        match age < RING_WINDOW {
-            true if seen.note(self.from.link) => Arrival::Parallel,
-            true => Arrival::Copy,
-            false => Arrival::New,
-        }
+    /// Another link of the same group was first.
+    fn judge_beside(&self, age: Duration) -> Arrival {
+        let is_longer_way = age < self.dedup().unwrap_or(GROUP_WINDOW);
+        let is_late = || age < HELD_BACK && self.is_behind(|link| self.is_beside(link));
+        if is_longer_way || is_late() { Arrival::Copy } else { Arrival::New }
     }
 
-    /// Whether the source has gone on counting since over another link, of those that are meant.
+    /// Whether the source has said this over another link, of those that are meant, and gone on
+    /// counting since, or nothing more.
     ///
     /// A source that counts nothing never has, and neither has one whose frames come over this link
     /// alone: what they say again is new.
@@ -232,7 +228,11 @@ impl Known<'_> {
         };
         let newest = known.heard.iter().filter(is_counting).max_by_key(|heard| heard.last);
         let ahead = |heard: &Heard| self.frame.header.seq.wrapping_sub(heard.sequence.latest());
-        newest.is_some_and(|newest| ahead(newest) > AHEAD)
+        newest.is_some_and(|newest| match ahead(newest) {
+            // The last word of who counts is this very frame.
+            0 => newest.sequence.counts(),
+            ahead => ahead > AHEAD,
+        })
     }
 
     /// Whether another link belongs to the same group.

@@ -48,7 +48,7 @@ pub use gate_options::{GateOptions, OldFrames, Sign, Verify};
 pub use group::{GroupId, Membership, Quality};
 pub use link_set::{LinkId, LinkSet, Links, MAX_LINKS};
 pub use local_peer::LocalPeer;
-pub use loops::{HELD_BACK, RING_WINDOW};
+pub use loops::{GROUP_WINDOW, HELD_BACK, RING_WINDOW};
 pub use options::{Capacity, LOOP_WINDOW, Learn, LinkOptions, RouterEvent, RouterOptions};
 pub use port::Port;
 pub use queue::{Frames, Full, Packed, Precedence, Queue, QueueLimits, fuzz_queue};

@@ -74,7 +74,7 @@ pub struct LinkOptions {
     /// Its place among links that lead the same way.
     pub membership: Option<Membership>,
     /// What comes from here is dropped if it came over another link of the group within this time;
-    /// 1 s at most (rule 49). `None`: each link of a group delivers.
+    /// 1 s at most (rule 49). `None`: [`GROUP_WINDOW`](super::GROUP_WINDOW).
     pub dedup: Option<Duration>,
     /// Whether whoever is there passes on nobody's frames, as a part of this program does: nothing
     /// that comes from there has gone round (rule 49).

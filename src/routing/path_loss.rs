@@ -113,7 +113,7 @@ impl Router {
             let missed = match arrival {
                 _ if heard.link == link => heard.take_heartbeat(arrival),
                 Arrival::New => heard.await_heartbeat(),
-                Arrival::Again | Arrival::Parallel | Arrival::Copy => 0,
+                Arrival::Again | Arrival::Copy => 0,
             };
             (0..missed).for_each(|_| port.handle_missed_heartbeat(now));
         }

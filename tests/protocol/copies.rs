@@ -81,21 +81,47 @@ fn a_program_that_connects_anew_is_heard_again() {
     }
 }
 
+/// Who groups two links has said that they are one way: nobody wants everything twice.
 #[test]
-fn links_of_a_group_without_dedup_each_deliver() {
+fn links_of_a_group_deliver_once_also_where_nothing_is_said_of_dedup() {
     let (mut network, [radio, modem, station]) = two_paths(None);
     for number in 0..100 {
         network.pass_ms(20);
-        for link in [radio, modem] {
-            assert_eq!(network.hears(link, &numbered(number)), [station]);
-        }
-        assert_eq!(network.hears(modem, &numbered(number)), [], "each of them once");
+        let [first, second] = if number % 3 == 0 { [radio, modem] } else { [modem, radio] };
+        assert_eq!(network.hears(first, &numbered(number)), [station]);
+        network.pass_ms(400);
+        assert_eq!(network.hears(second, &numbered(number)), [], "the longer way");
+        assert_eq!(network.hears(second, &numbered(number)), []);
     }
     for _ in 0..100 {
         network.pass_ms(20);
-        assert_eq!(network.hears(radio, &heartbeat(VEHICLE)), [station]);
-        assert_eq!(network.hears(modem, &heartbeat(VEHICLE)), [station]);
+        assert_eq!(network.hears(radio, &heartbeat(VEHICLE)), [station], "it counts nothing");
+        assert_eq!(network.hears(modem, &heartbeat(VEHICLE)), []);
     }
+}
+
+/// A sender that counts nothing says the same once a second, and each link loses every other one.
+#[test]
+fn who_counts_nothing_is_heard_over_whichever_link_of_a_group() {
+    let (mut network, [radio, modem, station]) = two_paths(None);
+    for _ in 0..20 {
+        for link in [radio, modem] {
+            network.pass_ms(1_000);
+            assert_eq!(network.hears(link, &heartbeat(VEHICLE)), [station]);
+        }
+    }
+}
+
+/// A script is run again over a new connection to a server that is one of a group.
+#[test]
+fn a_program_that_connects_anew_to_a_group_is_heard_again() {
+    let (mut network, [radio, _, station]) = two_paths(None);
+    network.hears(station, &heartbeat(STATION));
+    assert_eq!(network.hears(radio, &command(VEHICLE, STATION)), [station]);
+    let membership = network.router.port(radio).unwrap().options().membership;
+    network.router.remove_link(radio);
+    let again = network.link_with(LinkOptions { membership, ..LinkOptions::default() });
+    assert_eq!(network.hears(again, &command(VEHICLE, STATION)), [station]);
 }
 
 /// The modem has no coverage for a while, and then brings all that it held back. The radio has
@@ -134,6 +160,27 @@ fn a_command_that_a_path_held_back_is_not_delivered_again() {
     }
     assert_eq!(network.hears(modem, &takeoff), [], "20 s later");
     assert_eq!(network.counters(modem)[DropReason::Duplicate], 1);
+}
+
+/// The modem takes longer than `dedup` says, and nothing was said since: the command is not carried
+/// out twice for that.
+#[test]
+fn the_last_word_of_who_counts_is_not_delivered_again_over_the_longer_way() {
+    for dedup in [None, DEDUP] {
+        let (mut network, [radio, modem, station]) = two_paths(dedup);
+        network.hears(station, &heartbeat(STATION));
+        for seq in 0..4 {
+            let mut payload = [0; 33];
+            payload[30..].copy_from_slice(&[STATION.system, STATION.component, 1]);
+            let takeoff = frame(Version::V2, seq, VEHICLE, (76, 152), &payload);
+            network.pass_ms(1_000);
+            assert_eq!(network.hears(radio, &takeoff), [station]);
+            network.pass_ms(800);
+            let again = network.hears(modem, &takeoff);
+            // The first word says nothing of whether it counts.
+            assert!(seq == 0 || again.is_empty(), "number {seq}");
+        }
+    }
 }
 
 /// The vehicle starts again and counts from 0, with the same heartbeats as before.

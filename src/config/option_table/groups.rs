@@ -51,7 +51,7 @@ pub(super) const GROUPS: &[OptionSpec] = &[
         value: "MS",
         shape: Shape::Time,
         expects: "a time of 1 to 1000 milliseconds",
-        help: "drop the second copy of a frame within this time",
+        help: "drop the second copy of a frame within this time; within 500 ms where a group has none",
         default: None,
         applies_to: ANY,
         needs: None,
