@@ -1,5 +1,22 @@
-//! A network of several routers in a time of its own: cables that delay, lose, double, close and open
-//! again, and components that move. Beside it a shadow that knows the rules, and not the code.
+//! A network of several routers in a time of its own, and beside it a shadow that knows the rules, and
+//! not the code.
+//!
+//! Modelled: cables that delay, lose, double, close and open again, in trees and rings; components that
+//! move; and, each in some of the networks, pairs of cables that are one group, `dedup` in groups and
+//! without, lists of messages, systems and components at either end, short queues and lines with a pace,
+//! cables that hold frames back for seconds, now and then or always.
+//!
+//! Checked of every frame at every router: never back, nor to a link of the same group; once to each
+//! link that it is meant for, or refused there and counted for the right reason, a full queue included;
+//! nothing but copies refused as copies, and none passed on within the windows that the README names;
+//! whole, in order, and no faster than the pace. Every 200 ms: routes where the model has them, and
+//! nowhere else. At the end, all being well for a while: all is heard once by whoever should, by nobody
+//! else, and what is on its way ends. Where cables stay late, it is heard once or more. In rings with
+//! lists on cables, at most once: nobody can say which way is the first.
+//!
+//! Not modelled, but tested elsewhere: `path=best`, sniffers, caps on messages, signing and other gates,
+//! losses by sequence number, routes that age or end by a reboot, unknown messages, senders that count
+//! nothing, and options that change while frames flow, but for room and pace.
 //!
 //! Every seed is a network and a story. One that fails is named; it is run again by
 //!
@@ -9,9 +26,12 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod copies;
 #[path = "../protocol/frames.rs"]
 #[allow(dead_code)]
 mod frames;
+mod kinds;
+mod reach;
 mod shadow;
 mod world;
 
