@@ -155,15 +155,19 @@ impl<W: Witness> Decision<'_, W> {
     /// The links that lead to a target (rules 36-38); the target's system is not 0.
     fn routes_to(&self, target: Component, now: Time) -> LinkSet {
         let oldest = self.options.oldest_route(now);
+        let mut routes = LinkSet::EMPTY;
         if target.component != 0 {
-            let exact = self.table.find(target).map(|known| known.routes(oldest));
-            let exact = exact.unwrap_or(LinkSet::EMPTY) | self.witness.taught(target);
-            if !exact.is_empty() || self.options.strict {
-                return exact;
+            routes = self.witness.taught(target);
+            if let Some(known) = self.table.find(target) {
+                routes.extend(known.routes(oldest));
+            }
+            if !routes.is_empty() || self.options.strict {
+                return routes;
             }
         }
         let of_system = self.table.system(target.system);
-        of_system.fold(LinkSet::EMPTY, |all, known| all | known.routes(oldest))
+        routes.extend(of_system.flat_map(|known| known.routes(oldest)));
+        routes
     }
 
     /// Rule 49: takes out the links that just brought a broadcast of the source, and those that lead

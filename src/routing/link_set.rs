@@ -148,10 +148,18 @@ impl Sub for LinkSet {
     }
 }
 
+impl Extend<LinkId> for LinkSet {
+    #[inline]
+    fn extend<I: IntoIterator<Item = LinkId>>(&mut self, links: I) {
+        links.into_iter().for_each(|link| self.insert(link));
+    }
+}
+
 impl FromIterator<LinkId> for LinkSet {
+    #[inline]
     fn from_iter<I: IntoIterator<Item = LinkId>>(links: I) -> Self {
         let mut set = Self::EMPTY;
-        links.into_iter().for_each(|link| set.insert(link));
+        set.extend(links);
         set
     }
 }

@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 
-use super::link_set::{LinkId, LinkSet};
+use super::link_set::LinkId;
 use super::path_loss::Speech;
 use super::sequence::Sequence;
 use super::time::Time;
@@ -214,9 +214,9 @@ impl Default for RouteTable {
 impl KnownComponent {
     /// The links that frames for this component are sent on, of those heard since `oldest`.
     #[inline]
-    pub fn routes(&self, oldest: Time) -> LinkSet {
-        let is_fresh = |heard: &&Heard| heard.is_route && heard.last >= oldest;
-        self.heard.iter().filter(is_fresh).map(|heard| heard.link).collect()
+    pub fn routes(&self, oldest: Time) -> impl Iterator<Item = LinkId> {
+        let is_fresh = move |heard: &&Heard| heard.is_route && heard.last >= oldest;
+        self.heard.iter().filter(is_fresh).map(|heard| heard.link)
     }
 
     /// What was heard of it on a link.
