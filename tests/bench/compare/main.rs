@@ -13,6 +13,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod blind;
+mod highest;
 mod idle;
 mod layout;
 mod load;
@@ -42,7 +43,7 @@ struct Arguments {
     #[arg(long = "router", value_name = "NAME=COMMAND")]
     routers: Vec<Candidate>,
     /// Which scenarios, by letter
-    #[arg(long, default_value = "ABCDEFGH")]
+    #[arg(long, default_value = "ABCDEFGHI")]
     scenarios: String,
     /// How long each is measured, in seconds
     #[arg(long, default_value_t = 3.0)]
@@ -70,18 +71,26 @@ fn main() {
     if !arguments.bench {
         return;
     }
-    let candidates = || Candidate::built_in().into_iter().chain(arguments.routers.clone());
-    for scenario in SCENARIOS.iter().filter(|at| arguments.scenarios.contains(at.letter)) {
-        let scenario = Scenario { rate: arguments.rate.unwrap_or(scenario.rate), ..*scenario };
-        let able: Vec<_> = candidates().filter(|router| scenario.suits(router)).collect();
-        let time = Duration::from_secs_f64(arguments.seconds);
+    let candidates: Vec<_> =
+        Candidate::built_in().into_iter().chain(arguments.routers.clone()).collect();
+    let time = Duration::from_secs_f64(arguments.seconds);
+    let compare = |scenario: Scenario| {
+        let able: Vec<_> = candidates.iter().filter(|at| scenario.suits(at)).cloned().collect();
         let samples =
             in_rounds(&able, arguments.rounds, |router| measure::measure(router, &scenario, time));
         println!("\n{scenario}\n\n{}", Table::of(&able, &samples));
+    };
+    for scenario in SCENARIOS.iter().filter(|at| arguments.scenarios.contains(at.letter)) {
+        compare(Scenario { rate: arguments.rate.unwrap_or(scenario.rate), ..*scenario });
     }
     if arguments.scenarios.contains('H') {
-        let routers: Vec<_> = candidates().filter(Candidate::is_router).collect();
+        let routers: Vec<_> = candidates.iter().filter(|at| at.is_router()).cloned().collect();
         println!("\nH. Nothing to do\n\n{}", idle::table(&routers, arguments.rounds));
+    }
+    if arguments.scenarios.contains('I') {
+        let scenario = highest::scenario(time);
+        println!("\nThe highest rate without loss: {} frames/s", scenario.rate);
+        compare(scenario);
     }
 }
 

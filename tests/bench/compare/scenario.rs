@@ -35,7 +35,11 @@ const fn directed(title: &'static str, clients: u16) -> Scenario {
     Scenario { letter: 'E', title, source: Source::Udp(1), rate: 10_000, clients, directed: true }
 }
 
-/// All but the one in which nothing happens.
+/// Where the search for the highest rate begins.
+pub(crate) const HIGHEST: Scenario =
+    telemetry('I', "UDP to UDP, as much as the forwarder of batches moves without loss", 50_000, 0);
+
+/// All but the one in which nothing happens, and the one whose rate is to be found.
 pub(crate) const SCENARIOS: [Scenario; 10] = [
     telemetry('A', "UDP to UDP, 5,000 frames/s", 5_000, 0),
     telemetry('B', "UDP to UDP, 50,000 frames/s", 50_000, 0),
