@@ -344,4 +344,4 @@ Examples:
 The options of an endpoint, behind its `?`, are explained in mavswitch(1).
 
 Exit status: 0 after SIGINT or SIGTERM, 1 if it cannot start, 2 for a wrong command line or a
-wrong configuration file.";
+wrong configuration, also if a file that it names cannot be read.";

@@ -13,19 +13,17 @@ use std::sync::atomic::AtomicBool;
 
 use clap::{CommandFactory, Parser};
 use clap_complete::Shell;
-use mavswitch::check::{check, explain, wrong};
+use mavswitch::check::{Finding, Ready, check, explain, prepare};
 use mavswitch::cli::{
     AskError, Cli, Command, ListenArgs, LogCommand, LogError, NOTHING_FOR_ROUTERD, NOTHING_TO_JOIN,
     RouterdCli, config_files,
 };
 use mavswitch::config::{
     Address, CONFIG_DIR, Config, ConfigError, LogLevel, ROUTERD_DIR, RouterdArguments,
-    RouterdFiles, import_routerd, load_config, load_dialect, load_keys, load_spare_keys,
-    write_rows,
+    RouterdFiles, import_routerd, load_config, load_dialect, write_rows,
 };
 use mavswitch::daemon::{DaemonConfig, Host, StartError, run};
 use mavswitch::link::list_ports;
-use mavswitch::mavlink::Dialect;
 use mavswitch::top::top;
 use signal_hook::consts::SIGINT;
 
@@ -125,10 +123,16 @@ fn status_of(error: &(dyn Error + 'static)) -> ExitCode {
     if is_usage { ExitCode::from(USAGE) } else { ExitCode::FAILURE }
 }
 
-/// A configuration that cannot be used, of which all has been told.
+/// A configuration that cannot be used: what is left to be told of it, line by line.
 #[derive(Debug, thiserror::Error)]
-#[error("{0}: cannot be used")]
-struct Unusable(String);
+#[error("{}", .0.join("\n"))]
+struct Unusable(Vec<String>);
+
+impl From<Vec<Finding>> for Unusable {
+    fn from(wrong: Vec<Finding>) -> Self {
+        Self(wrong.iter().map(ToString::to_string).collect())
+    }
+}
 
 /// Says on standard error what is wrong.
 fn complain(error: &dyn Display) {
@@ -145,7 +149,9 @@ fn route(called: Called, config: Config, notes: &[String]) -> ExitCode {
         Err(error) => {
             let status = status_of(&*error);
             if log.is_for_programs() {
-                tracing::error!("{error}");
+                for line in error.to_string().lines() {
+                    tracing::error!("{line}");
+                }
             } else {
                 // What is left of the log is written before the last word.
                 drop(log);
@@ -171,25 +177,10 @@ fn warn_of(notes: &[String]) {
     }
 }
 
-/// Reads the definition files too.
-fn for_daemon(config: Config) -> Result<DaemonConfig, Box<dyn Error>> {
-    let mut dialect = Dialect::builtin();
-    for file in &config.general.dialect {
-        dialect.add(load_dialect(file)?)?;
-    }
-    let Config { mut general, endpoints: configured } = config;
-    let mut endpoints = Vec::new();
-    for mut endpoint in configured {
-        if let Err(errors) = load_keys(&mut endpoint.config, &general.keys) {
-            let lines =
-                errors.iter().map(|(_, error)| format!("{}: {error}", endpoint.config.name()));
-            return Err(lines.collect::<Vec<_>>().join("\n").into());
-        }
-        endpoints.push(endpoint.config);
-    }
-    for error in load_spare_keys(&mut general.keys) {
-        tracing::warn!("{error}");
-    }
+/// Reads the files too that the configuration names.
+fn for_daemon(config: Config) -> Result<DaemonConfig, Unusable> {
+    let Ready { general, endpoints, dialect, warnings } = prepare(config)?;
+    warn_of(&warnings.iter().map(Finding::to_log_line).collect::<Vec<_>>());
     Ok(DaemonConfig { general, endpoints, dialect })
 }
 
@@ -208,12 +199,9 @@ impl Host for Program {
         if config.endpoints.is_empty() {
             return Err(vec!["nothing to join: no endpoint is configured any more".to_owned()]);
         }
-        let wrong: Vec<String> = wrong(&config).iter().map(ToString::to_string).collect();
-        if !wrong.is_empty() {
-            return Err(wrong);
-        }
+        let fresh = for_daemon(config).map_err(|Unusable(lines)| lines)?;
         warn_of(&notes);
-        for_daemon(config).map_err(|error| lines(&error))
+        Ok(fresh)
     }
 
     fn set_log_level(&self, level: LogLevel) {
@@ -232,7 +220,7 @@ fn check_config(file: Option<&Path>) -> Result<(), Box<dyn Error>> {
         complain(finding);
     }
     if findings.iter().any(|finding| finding.is_wrong) {
-        return Err(Unusable(names(&files)).into());
+        return Err(Unusable(vec![format!("{}: cannot be used", names(&files))]).into());
     }
     let warnings = match findings.len() {
         0 => String::new(),

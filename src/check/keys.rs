@@ -1,30 +1,32 @@
 //! Signing keys that cannot be had, that others may read, or that nobody uses.
 
 use super::Finding;
-use crate::config::{Config, EndpointConfig, load_keys, unused_keys};
+use crate::config::{Config, EndpointConfig, KeyError, KeyFile, load_keys, read_keys, unused_keys};
 
-pub(super) fn check(config: &Config) -> Vec<Finding> {
+/// Reads the key files, gives endpoints the keys that they name, and tells which cannot be had. One
+/// that no endpoint names may yet be named, by request.
+pub(super) fn load(config: &mut Config) -> Vec<Finding> {
+    read_keys(&mut config.general.keys);
     let mut findings = Vec::new();
-    for endpoint in &config.endpoints {
-        let files = &config.general.keys;
-        let errors = load_keys(&mut endpoint.config.clone(), files).err().unwrap_or_default();
-        let wrong =
-            errors.into_iter().map(|(option, error)| Finding::wrong(endpoint, option, error));
-        findings.extend(wrong);
+    for endpoint in &mut config.endpoints {
+        let errors =
+            load_keys(&mut endpoint.config, &config.general.keys).err().unwrap_or_default();
+        let wrong = errors.into_iter();
+        findings.extend(wrong.map(|(option, error)| Finding::wrong(endpoint, option, error)));
     }
-    findings.extend(spare(config));
+    let unreadable = unused(config).into_iter().filter_map(|(_, error)| error);
+    findings.extend(unreadable.map(|error| Finding::general(false, error)));
     findings
 }
 
-/// What is to be said of keys that no endpoint names. One may yet name them, by request.
-fn spare(config: &Config) -> Vec<Finding> {
+/// Keys that no endpoint names, although they could be had.
+pub(super) fn spare(config: &Config) -> Vec<Finding> {
+    let spare = unused(config).into_iter().filter(|(_, error)| error.is_none());
+    let text = |file: &KeyFile| format!("key `{}` is used by no endpoint", file.name);
+    spare.map(|(file, _)| Finding::general(false, text(file))).collect()
+}
+
+fn unused(config: &Config) -> Vec<(&KeyFile, Option<KeyError>)> {
     let endpoints: Vec<&EndpointConfig> = config.endpoints.iter().map(|it| &it.config).collect();
-    let told = unused_keys(&endpoints, &config.general.keys).into_iter().map(|(file, error)| {
-        let text = match error {
-            Some(error) => error.to_string(),
-            None => format!("key `{}` is used by no endpoint", file.name),
-        };
-        Finding::general(false, text)
-    });
-    told.collect()
+    unused_keys(&endpoints, &config.general.keys)
 }

@@ -7,7 +7,8 @@ use crate::mavlink::Dialect;
 /// How many groups the router can tell apart.
 const MAX_GROUPS: usize = 256;
 
-pub(super) fn check(config: &Config) -> Vec<Finding> {
+/// Loads the definition files, as far as they can be, and tells what is wrong.
+pub(super) fn load(config: &Config) -> (Dialect, Vec<Finding>) {
     let mut findings = Vec::new();
     let mut dialect = Dialect::builtin();
     for file in &config.general.dialect {
@@ -22,7 +23,7 @@ pub(super) fn check(config: &Config) -> Vec<Finding> {
         findings.extend(config.endpoints.iter().flat_map(|it| unknown(it, &dialect)));
     }
     findings.extend(too_many_groups(&config.endpoints));
-    findings
+    (dialect, findings)
 }
 
 /// Messages that an option names and no definition has.

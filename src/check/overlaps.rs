@@ -26,9 +26,9 @@ pub(super) fn check(endpoints: &[Endpoint]) -> Vec<Finding> {
         if let Some(rival) = rival {
             let text = format!("{} is taken by endpoint {} already", name(&claim), rival.name());
             // A device may yet be another one, or be gone; a port is the same everywhere.
-            let is_wrong = !matches!(claim, Claim::Device(_));
-            let finding = Finding::warning(endpoint, "address", text);
-            findings.push(Finding { is_wrong, ..finding });
+            let may_pass = matches!(claim, Claim::Device(_));
+            let tell = if may_pass { Finding::warning } else { Finding::wrong };
+            findings.push(tell(endpoint, "address", text));
         }
     }
     findings

@@ -14,7 +14,6 @@ pub(super) fn check(endpoint: &Endpoint) -> Vec<Finding> {
     let address = match &endpoint.config.address {
         Address::Serial { device: Device::Path(path), .. } => device(path),
         Address::Serial { device: Device::Auto, .. } => flight_controller(),
-        Address::Tlog(file) => return log(endpoint, file).into_iter().collect(),
         other => other.host_port().and_then(name),
     };
     let address = address.map(|text| Finding::warning(endpoint, "address", text));
@@ -40,15 +39,12 @@ fn device(path: &Path) -> Option<String> {
     }
 }
 
-/// A log is there from the start, or the program does not start.
-fn log(endpoint: &Endpoint, file: &Path) -> Option<Finding> {
+/// A log that cannot be played back. It is there from the start, or the program does not start.
+pub(super) fn log(endpoint: &Endpoint) -> Option<Finding> {
+    let Address::Tlog(file) = &endpoint.config.address else { return None };
     let error = look_at_log(file).err()?;
-    let finding = Finding::warning(
-        endpoint,
-        "address",
-        format!("cannot play back {}: {error}", file.display()),
-    );
-    Some(Finding { is_wrong: endpoint.config.options.enabled, ..finding })
+    let tell = if endpoint.config.options.enabled { Finding::wrong } else { Finding::warning };
+    Some(tell(endpoint, "address", format!("cannot play back {}: {error}", file.display())))
 }
 
 fn flight_controller() -> Option<String> {

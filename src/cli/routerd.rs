@@ -94,7 +94,7 @@ const AFTER: &str = "\
 Environment: MAVLINK_ROUTERD_CONF_FILE and MAVLINK_ROUTERD_CONF_DIR stand for -c and -d.
 SIGHUP has the files read anew.
 Exit status: 0 after SIGINT or SIGTERM, 1 if it cannot start, 2 for a wrong command line or a
-wrong configuration file.";
+wrong configuration, also if a file that it names cannot be read.";
 
 impl RouterdCli {
     /// Whether the program was called by the name of mavlink-router.

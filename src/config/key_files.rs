@@ -36,7 +36,7 @@ pub struct KeyFile {
     pub name: String,
     /// Where it is.
     pub path: PathBuf,
-    /// The key itself, once its file was read by [`load_spare_keys`].
+    /// The key itself, once its file was read by [`read_keys`].
     pub key: Option<Key>,
 }
 
@@ -79,11 +79,11 @@ pub enum KeyError {
     Content(String, PathBuf),
 }
 
-/// Reads the keys that an endpoint uses; `files` says where they are.
+/// Gives an endpoint the keys that it names, of those that were read by [`read_keys`].
 ///
 /// # Errors
 ///
-/// The option that names a key which cannot be had, and why. The keys of the other option are read.
+/// The option that names a key which cannot be had, and why. The other option has its key.
 pub fn load_keys(
     endpoint: &mut EndpointConfig,
     files: &[KeyFile],
@@ -100,20 +100,16 @@ pub fn load_keys(
     if errors.is_empty() { Ok(()) } else { Err(errors) }
 }
 
-/// Reads all keys, so that an endpoint that comes later can have them without a file being read. One
-/// that cannot be had is left out: no endpoint has asked for it yet. Says why it cannot be had.
-pub fn load_spare_keys(files: &mut [KeyFile]) -> Vec<KeyError> {
-    let mut errors = Vec::new();
+/// Reads all keys, each once: all endpoints have the same one then, also one that comes later. One
+/// that cannot be had is left out, as perhaps no endpoint asks for it.
+pub fn read_keys(files: &mut [KeyFile]) {
     for file in files {
-        match read_key(file) {
-            Ok(key) => file.key = Some(key),
-            Err(error) => errors.push(error),
-        }
+        file.key = read_key(file).ok();
     }
-    errors
 }
 
-/// Why keys cannot be had that no endpoint of `endpoints` names; `None` for one that can.
+/// The keys that no endpoint of `endpoints` names, and why one cannot be had if [`read_keys`] could
+/// not read it.
 pub fn unused_keys<'a>(
     endpoints: &[&EndpointConfig],
     files: &'a [KeyFile],
@@ -121,7 +117,7 @@ pub fn unused_keys<'a>(
     let options = endpoints.iter().map(|endpoint| &endpoint.options);
     let named: Vec<&KeyRef> = options.flat_map(|it| [&it.sign, &it.verify]).flatten().collect();
     let is_unused = |file: &&KeyFile| named.iter().all(|key| key.name != file.name);
-    files.iter().filter(is_unused).map(|file| (file, read_key(file).err())).collect()
+    files.iter().filter(is_unused).map(|file| (file, key_of_file(file).err())).collect()
 }
 
 fn find_key(name: &str, files: &[KeyFile]) -> Result<Key, KeyError> {
@@ -132,7 +128,12 @@ fn find_key(name: &str, files: &[KeyFile]) -> Result<Key, KeyError> {
         };
         return Err(KeyError::Unknown(name.to_owned(), hint));
     };
-    read_key(file)
+    key_of_file(file)
+}
+
+/// The key that was read, or why it was not.
+fn key_of_file(file: &KeyFile) -> Result<Key, KeyError> {
+    file.key.clone().map_or_else(|| read_key(file), Ok)
 }
 
 fn read_key(file: &KeyFile) -> Result<Key, KeyError> {
@@ -310,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn spare_keys_are_read_as_far_as_they_can_be() {
+    fn keys_are_read_once_as_far_as_they_can_be() {
         let dir = TestDir::new();
         let file = |name: &str, mode| {
             let path = dir.write(name, "a5".repeat(32));
@@ -318,9 +319,18 @@ mod tests {
             KeyFile { name: name.to_owned(), path, key: None }
         };
         let mut files = [file("closed", 0o600), file("open", 0o644)];
-        let errors = load_spare_keys(&mut files);
-        assert!(matches!(&errors[..], [KeyError::Open(name, ..)] if name == "open"), "{errors:?}");
+        read_keys(&mut files);
         assert!(files[0].key == raw() && files[1].key.is_none());
+        let unused: Vec<_> = unused_keys(&[], &files).into_iter().map(|(_, error)| error).collect();
+        assert!(matches!(&unused[..], [None, Some(KeyError::Open(..))]), "{unused:?}");
+        // Whatever becomes of the file, an endpoint has the key that was read.
+        fs::remove_file(&files[0].path).unwrap();
+        let mut endpoint: EndpointConfig = "udpin::1?sign=closed&verify=closed".parse().unwrap();
+        load_keys(&mut endpoint, &files).unwrap();
+        assert!(
+            [endpoint.options.sign, endpoint.options.verify].map(|it| it.unwrap().key)
+                == [raw(), raw()]
+        );
     }
 
     #[test]

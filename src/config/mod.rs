@@ -53,8 +53,7 @@ pub use import::{
     RouterdFiles, SectionKind, TcpServer, fuzz_import, import_routerd,
 };
 pub use key_files::{
-    KeyError, KeyFile, KeyRef, MAX_LEN as MAX_KEY_FILE, fuzz_key, load_keys, load_spare_keys,
-    unused_keys,
+    KeyError, KeyFile, KeyRef, MAX_LEN as MAX_KEY_FILE, fuzz_key, load_keys, read_keys, unused_keys,
 };
 pub use merge::{Config, Endpoint, MAX_ENDPOINTS};
 pub use network::Network;

@@ -54,7 +54,7 @@ pub enum StartError {
 impl StartError {
     /// Whether the configuration is wrong, so that to start again would not help.
     pub fn is_usage(&self) -> bool {
-        matches!(self, Self::UnknownMessage { .. } | Self::UnreadKey { .. })
+        !matches!(self, Self::Endpoint { .. } | Self::System(_))
     }
 
     /// An endpoint that cannot be opened; `holder`: who of ours has the port already.

@@ -27,7 +27,6 @@ impl Daemon {
     /// If one cannot be opened and waiting would not help.
     pub(super) fn open_all(&mut self) -> Result<(), StartError> {
         self.start_signing_time();
-        self.look_at_logs()?;
         for index in self.io.endpoints.ids() {
             let Err(failure) = self.open(index) else {
                 continue;

@@ -6,13 +6,10 @@ use std::time::{Duration, SystemTime};
 use tracing::{info, warn};
 
 use super::endpoint_table::EndpointId;
-use super::error::StartError;
 use super::event_loop::Daemon;
 use super::open::OpenError;
 use crate::config::{Address, EndpointOptions, FlightLog, RecordOptions};
-use crate::record::{
-    self, Collector, FlightProgress, Phase, Recorder, Replay, ReplayOptions, look_at_log,
-};
+use crate::record::{self, Collector, FlightProgress, Phase, Recorder, Replay, ReplayOptions};
 use crate::routing::LinkId;
 use crate::status::{FlightLogState, FlightLogStatus, RecordState, RecordStatus};
 
@@ -131,23 +128,6 @@ impl Daemon {
             missing: it.missing,
         };
         collector.progress().into_iter().map(status).collect()
-    }
-
-    /// Looks whether there is anything in the logs that are to be played back. Only before the loop
-    /// runs: a disk may take its time.
-    ///
-    /// # Errors
-    ///
-    /// If one cannot be read, or has not one whole record.
-    pub(super) fn look_at_logs(&self) -> Result<(), StartError> {
-        for endpoint in self.io.endpoints.iter().filter(|it| it.options().enabled) {
-            let Address::Tlog(file) = &endpoint.config.address else { continue };
-            look_at_log(file).map_err(|error| {
-                let action = format!("play back {}", file.display());
-                StartError::endpoint(&endpoint.config, action, error, None)
-            })?;
-        }
-        Ok(())
     }
 
     /// Begins to play back a log.

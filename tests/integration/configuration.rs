@@ -4,6 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 
+use rustix::process::Signal;
+
 use crate::harness::*;
 
 const UDP: &str = "udpin:127.0.0.1:0?name=udp";
@@ -106,17 +108,46 @@ fn a_name_is_given_once() {
 
 #[test]
 fn who_has_the_port_is_told() {
-    let port = FreePort::new();
-    let [one, two] = ["one", "two"].map(|name| format!("tcpin:{}?name={name}", port.here()));
-    let output = run(&[&one, &two]);
-    assert_eq!(output.status.code(), Some(1));
-    let text = String::from_utf8(output.stderr).unwrap();
-    let told = format!(
-        "mavswitch: two: cannot listen on {}: Address already in use (os error 98) (endpoint one has \
-         this port already: choose another one)",
-        port.here()
-    );
-    assert!(text.lines().any(|line| line == told), "{text}");
+    let endpoints = ["tcpin:127.78.0.1:5760?name=one", "tcpin:127.78.0.1:5760?name=two"];
+    let told = "two: TCP 127.78.0.1:5760 is taken by endpoint one already";
+    assert_said(&run(&endpoints), 2, &[told]);
+}
+
+/// What a file names and cannot be had is as wrong as the file itself: whoever starts the program
+/// again would start it for ever.
+#[test]
+fn a_check_a_start_and_a_reload_agree_about_what_is_wrong() {
+    let dir = TempDir::new();
+    dir.write("open.key", &"a5".repeat(32));
+    let good = "[endpoint.a]\naddress = \"tcpin:127.0.0.1:0\"\n";
+    let endpoint = |address: &str| format!("{good}[endpoint.b]\naddress = \"{address}\"\n");
+    let verify = endpoint("udpin:127.0.0.1:0?verify=radio");
+    let cases = [
+        (verify.clone(), "b: no key is called `radio`"),
+        (format!("keys = {{ radio = \"no.key\" }}\n{verify}"), "b: key `radio`: cannot read "),
+        (format!("keys = {{ radio = \"open.key\" }}\n{verify}"), "is open to others"),
+        (format!("dialect = [\"no.xml\"]\n{good}"), "no.xml: No such file"),
+        (format!("dialect = [\"open.key\"]\n{good}"), "open.key: "),
+        (endpoint("tlog:no.tlog"), "b: cannot play back "),
+        (endpoint("tlog:open.key"), "it is no telemetry log"),
+        (endpoint("udpin:127.0.0.1:0?rate=ATTITUD:1"), "b: no message is called ATTITUD"),
+        (
+            endpoint("udpin:127.78.0.2:9") + "[endpoint.c]\naddress = \"udpin:127.78.0.2:9\"\n",
+            "c: UDP 127.78.0.2:9 is taken by endpoint b already",
+        ),
+    ];
+    let file = dir.write("a.toml", good);
+    let router = Router::start(&["-c", text(&file)]);
+    for (wrong, told) in cases {
+        fs::write(&file, wrong).unwrap();
+        assert_said(&run(&["check", text(&file)]), 2, &[told]);
+        assert_said(&run(&["-c", text(&file)]), 2, &[told]);
+        let from = router.log.len();
+        router.signal(Signal::HUP);
+        router.log.wait_from(from, &["cannot be reloaded: everything stays as it was"]);
+        let lines = router.log.lines().split_off(from);
+        assert!(lines.iter().any(|line| line.contains(told)), "no {told:?} in {lines:#?}");
+    }
 }
 
 #[test]

@@ -18,11 +18,16 @@ fn stdout(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// The program refused to start: status 1, and one line that says why.
+/// The program could not start: status 1, and one line that says why.
 #[track_caller]
 pub(crate) fn assert_refused(output: &Output, words: &[&str]) {
+    assert_ended(output, 1, words);
+}
+
+#[track_caller]
+fn assert_ended(output: &Output, status: i32, words: &[&str]) {
     let text = stderr(output);
-    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert_eq!(output.status.code(), Some(status), "{text}");
     let lines: Vec<_> = text.lines().filter(|line| line.starts_with("mavswitch: ")).collect();
     assert_eq!(lines.len(), 1, "{text}");
     for word in words {
@@ -129,10 +134,10 @@ fn a_dialect_that_cannot_be_read_is_told() {
     let dir = TempDir::new();
     let absent = dir.path("absent.xml");
     let absent = absent.to_str().unwrap();
-    assert_refused(&run(&["--dialect", absent, TCP]), &[absent]);
+    assert_ended(&run(&["--dialect", absent, TCP]), 2, &[absent]);
     let broken = dir.write("broken.xml", "<mavlink><messages><message id=\"1\"");
     let broken = broken.to_str().unwrap();
-    assert_refused(&run(&["--dialect", broken, TCP]), &[broken]);
+    assert_ended(&run(&["--dialect", broken, TCP]), 2, &[broken]);
 }
 
 #[test]

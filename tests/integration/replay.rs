@@ -110,7 +110,7 @@ fn a_log_that_cannot_be_played_back_ends_the_start() {
     for (path, told) in [(text, "it is no telemetry log"), (absent, "No such file or directory")] {
         let endpoint = format!("tlog:{}?name=flight", path.display());
         let output = run(&[&endpoint, "udpin:127.0.0.1:0"]);
-        assert_eq!(output.status.code(), Some(1));
+        assert_eq!(output.status.code(), Some(2));
         let stderr = String::from_utf8(output.stderr).unwrap();
         let words = format!("mavswitch: flight: cannot play back {}: {told}", path.display());
         assert_eq!(stderr.lines().filter(|line| line.contains(&words)).count(), 1, "{stderr}");
