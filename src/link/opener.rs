@@ -1,7 +1,6 @@
 //! Opens, changes and closes serial ports by threads of their own: a driver that takes its time, or
 //! never answers, holds up nobody else.
 
-use std::convert::Infallible;
 use std::fs::File;
 use std::io;
 use std::os::unix::fs::MetadataExt;
@@ -54,14 +53,12 @@ pub struct Opener<A> {
     answers: (Sender<SerialAnswer<A>>, Receiver<SerialAnswer<A>>),
     waker: Arc<Waker>,
     emptying: Arc<Emptying>,
-    /// Every port that is being closed holds a copy of the sender.
-    closing: (Sender<Infallible>, Receiver<Infallible>),
 }
 
 impl<A: Send + 'static> Opener<A> {
     /// One that wakes the loop of `waker`.
     pub fn new(waker: Arc<Waker>) -> Self {
-        Self { answers: channel(), waker, emptying: Arc::default(), closing: channel() }
+        Self { answers: channel(), waker, emptying: Arc::default() }
     }
 
     /// Opens a port for this program alone; without a device, that of a flight controller. The
@@ -132,13 +129,11 @@ impl<A: Send + 'static> Opener<A> {
     /// Closes a port. Other programs may open it from now on; who asks here waits until it is empty.
     pub fn close(&self, port: File) {
         serial::release(&port);
-        let is_closing = self.closing.0.clone();
         let emptied = Emptying::begin(&self.emptying, &port);
         let close = move || {
             serial::empty(&port, CLOSING);
-            drop(emptied);
             drop(port);
-            drop(is_closing);
+            drop(emptied);
         };
         // Without a thread, the port is closed here and now.
         let _ = thread::Builder::new().name("serial".into()).spawn(close);
@@ -146,8 +141,7 @@ impl<A: Send + 'static> Opener<A> {
 
     /// Waits until all ports are closed that were to be, at most until `limit` is over.
     pub fn wait_until_closed(self, limit: Duration) {
-        drop(self.closing.0);
-        let _ = self.closing.1.recv_timeout(limit);
+        self.emptying.wait_while(limit, |devices| !devices.is_empty());
     }
 }
 
@@ -155,27 +149,32 @@ impl<A: Send + 'static> Opener<A> {
 /// whole device: also what somebody has written who has opened it meanwhile.
 #[derive(Default)]
 struct Emptying {
-    devices: Mutex<Vec<u64>>,
+    /// `None`: one that cannot be told.
+    devices: Mutex<Vec<Option<u64>>>,
     is_one_less: Condvar,
 }
 
 impl Emptying {
-    /// A port is being emptied until the value that this gives is gone.
-    fn begin(this: &Arc<Self>, port: &File) -> Option<Emptied> {
-        let device = port.metadata().ok()?.rdev();
+    /// A port is being emptied and closed until the value that this gives is gone.
+    fn begin(this: &Arc<Self>, port: &File) -> Emptied {
+        let device = port.metadata().ok().map(|found| found.rdev());
         this.devices().push(device);
-        Some(Emptied { device, of: Arc::clone(this) })
+        Emptied { device, of: Arc::clone(this) }
     }
 
     /// Waits until no port of a device is being emptied, but not for a driver that hangs.
     fn wait_for(&self, device: &Path) {
         let Ok(device) = std::fs::metadata(device).map(|found| found.rdev()) else { return };
-        let is_emptying = |devices: &mut Vec<u64>| devices.contains(&device);
-        let waited = self.is_one_less.wait_timeout_while(self.devices(), CLOSING * 2, is_emptying);
+        self.wait_while(CLOSING * 2, |devices| devices.contains(&Some(device)));
+    }
+
+    fn wait_while(&self, limit: Duration, is_so: impl Fn(&[Option<u64>]) -> bool) {
+        let waited =
+            self.is_one_less.wait_timeout_while(self.devices(), limit, |devices| is_so(devices));
         drop(waited);
     }
 
-    fn devices(&self) -> MutexGuard<'_, Vec<u64>> {
+    fn devices(&self) -> MutexGuard<'_, Vec<Option<u64>>> {
         // Whoever had it can have left nothing half done.
         self.devices.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -183,7 +182,7 @@ impl Emptying {
 
 /// See [`Emptying::begin`].
 struct Emptied {
-    device: u64,
+    device: Option<u64>,
     of: Arc<Emptying>,
 }
 
