@@ -4,7 +4,6 @@ use super::general::{GeneralSpec, put};
 use super::shape::Shape;
 use super::value;
 use crate::mavlink::Component;
-use crate::own::ONBOARD_COMPUTER;
 
 /// Who the program itself is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -17,7 +16,7 @@ pub struct OwnOptions {
 
 impl Default for OwnOptions {
     fn default() -> Self {
-        Self { system: None, component: ONBOARD_COMPUTER }
+        Self { system: None, component: Component::ONBOARD_COMPUTER }
     }
 }
 

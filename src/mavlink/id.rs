@@ -14,6 +14,11 @@ pub struct Component {
 }
 
 impl Component {
+    /// MAV_COMP_ID_AUTOPILOT1: the component id of a vehicle's autopilot.
+    pub const AUTOPILOT: u8 = 1;
+    /// MAV_COMP_ID_ONBOARD_COMPUTER (rule 68): the component id of a computer beside it.
+    pub const ONBOARD_COMPUTER: u8 = 191;
+
     /// The pair `system/component`.
     pub const fn new(system: u8, component: u8) -> Self {
         Self { system, component }

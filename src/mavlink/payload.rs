@@ -3,7 +3,7 @@
 
 use super::crc::Crc;
 use super::encode::{FrameSpec, encode, trimmed};
-use super::frame::{Frame, Version};
+use super::frame::Frame;
 use super::id::{Component, MessageId};
 
 /// The longest payload that is said here, in bytes: that of AUTOPILOT_VERSION.
@@ -13,16 +13,21 @@ const LONGEST: usize = 78;
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Layout {
     /// The message id.
-    pub id: u32,
+    pub id: MessageId,
     /// With the id, what tells this definition from all others (rule 16).
     pub crc_extra: u8,
 }
 
 impl Layout {
+    /// The definition with this message id and CRC_EXTRA.
+    pub const fn new(id: u32, crc_extra: u8) -> Self {
+        Self { id: MessageId(id), crc_extra }
+    }
+
     /// Whether a frame was made with this definition.
     pub fn is_of(self, frame: &Frame<'_>) -> bool {
         let crc = Crc::step(Crc::of(frame.checked_bytes()), self.crc_extra);
-        frame.header().id == MessageId(self.id) && crc == frame.checksum()
+        frame.header().id == self.id && crc == frame.checksum()
     }
 }
 
@@ -40,9 +45,9 @@ impl Payload {
     /// # Panics
     ///
     /// With more than 78 bytes.
-    pub const fn new(id: u32, crc_extra: u8, len: usize) -> Self {
+    pub const fn new(layout: Layout, len: usize) -> Self {
         assert!(len <= LONGEST);
-        Self { layout: Layout { id, crc_extra }, len, bytes: [0; LONGEST] }
+        Self { layout, len, bytes: [0; LONGEST] }
     }
 
     /// The same with these bytes at `offset`; fields are little endian.
@@ -57,16 +62,9 @@ impl Payload {
 
     /// Appends the frame to `out`.
     pub fn encode(&self, source: Component, seq: u8, out: &mut Vec<u8>) {
-        let spec = FrameSpec {
-            version: Version::V2,
-            seq,
-            source,
-            id: MessageId(self.layout.id),
-            crc_extra: self.layout.crc_extra,
-            payload: trimmed(&self.bytes[..self.len]),
-            signature: None,
-        };
-        encode(&spec, out);
+        let Layout { id, crc_extra } = self.layout;
+        let payload = trimmed(&self.bytes[..self.len]);
+        encode(&FrameSpec { seq, ..FrameSpec::new(source, id, crc_extra, payload) }, out);
     }
 }
 

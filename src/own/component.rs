@@ -2,11 +2,11 @@
 
 use std::collections::VecDeque;
 
+use super::Place;
 use super::round_trip::{Answer, Question, RoundTrip, RoundTrips};
 use super::stream_requests::{self, StreamRequests, Vehicle};
-use super::{ONBOARD_COMPUTER, Place};
-use crate::mavlink::{Component, Frame, MessageId, Payload, Timing};
-use crate::routing::{LinkId, LocalPeer, Time};
+use crate::mavlink::{Component, Frame, Layout, MessageId, Payload, Timing};
+use crate::routing::{Heartbeat, LinkId, LocalPeer, Time};
 
 /// How many answers may wait; what comes on top gets none, as on a link that is too slow.
 const MAX_REPLIES: usize = 32;
@@ -41,7 +41,7 @@ struct Single {
 
 impl OwnComponent {
     /// The messages that it listens to.
-    pub const HEARS: [MessageId; 2] = [MessageId(4), MessageId(111)];
+    pub const HEARS: [MessageId; 2] = Timing::IDS;
 
     /// A component with this id; with none, it says nothing of itself and answers nobody.
     pub fn new(id: Option<Component>) -> Self {
@@ -82,7 +82,8 @@ impl OwnComponent {
         }
         let target = vehicle.component;
         // Who is nobody speaks as a part of the vehicle itself.
-        let source = self.id.unwrap_or_else(|| Component::new(target.system, ONBOARD_COMPUTER));
+        let source =
+            self.id.unwrap_or_else(|| Component::new(target.system, Component::ONBOARD_COMPUTER));
         let link = vehicle.place.link;
         self.singles.extend(stream_requests::requests(target, rate).map(|payload| Single {
             link,
@@ -123,20 +124,16 @@ impl OwnComponent {
     }
 
     fn handle_timing(&mut self, id: Component, from: Component, timing: Timing, now: Time) {
+        if let Some(answer) = timing.answer(from, now.as_nanos()) {
+            if is_for(id, timing.target()) {
+                self.reply(answer);
+            }
+            return;
+        }
         match timing {
-            Timing::Timesync { tc1: 0, ts1, target } if is_for(id, target) => {
-                // 0 would make it a question.
-                let nanos = now.as_micros().saturating_mul(1_000).max(1);
-                self.reply(Timing::timesync(nanos as i64, ts1, from));
-            }
-            Timing::Timesync { tc1, ts1, target } if tc1 != 0 => {
-                // Old senders answer everybody (rule 29).
-                if target == id || target.system == 0 {
-                    self.trips.handle(Answer::Timesync { ts1 }, now);
-                }
-            }
-            Timing::Ping { time_us, seq, target: EVERYBODY } => {
-                self.reply(Timing::ping(time_us, seq, from));
+            // Old senders answer everybody (rule 29).
+            Timing::Timesync { ts1, target, .. } if target == id || target.system == 0 => {
+                self.trips.handle(Answer::Timesync { ts1 }, now);
             }
             Timing::Ping { seq, target, .. } if target == id => {
                 self.trips.handle(Answer::Ping { seq }, now);
@@ -150,7 +147,7 @@ impl LocalPeer for OwnComponent {
     fn handle_frame(&mut self, frame: &Frame<'_>, now: Time) {
         let Some(id) = self.id else { return };
         let from = frame.header().source;
-        // An answer to system 0 would be for everybody, and a PING for everybody is a question.
+        // Nobody is system 0.
         if from == id || from.system == 0 {
             return;
         }
@@ -179,7 +176,9 @@ fn is_for(id: Component, target: Component) -> bool {
 
 /// HEARTBEAT of MAV_TYPE_ONBOARD_CONTROLLER, MAV_AUTOPILOT_INVALID, MAV_STATE_ACTIVE (rule 68).
 fn heartbeat() -> Payload {
-    Payload::new(0, 50, 9).with(4, [18, 8, 0, 4, 3])
+    const ONBOARD_CONTROLLER: u8 = 18;
+    Payload::new(Layout::new(0, 50), 9)
+        .with(4, [ONBOARD_CONTROLLER, Heartbeat::NO_AUTOPILOT, 0, 4, 3])
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::component::OwnComponent;
 use super::{Place, Vehicle};
 use crate::mavlink::{
-    Checker, Component, Dialect, Frame, FrameSpec, Input, MessageId, Splitter, Version, encode,
+    Checker, Component, Dialect, Frame, FrameSpec, Input, Layout, Splitter, Timing, Version,
 };
 use crate::routing::{LinkId, LocalPeer, Time};
 
@@ -30,19 +30,11 @@ pub fn fuzz_own(data: &[u8]) {
 }
 
 fn tell(own: &mut OwnComponent, choice: u8, payload: &[u8], now: Time) {
-    let (id, crc_extra) = if choice & 1 == 0 { (4, 237) } else { (111, 34) };
-    let spec = FrameSpec {
-        version: if choice & 2 == 0 { Version::V2 } else { Version::V1 },
-        seq: 0,
-        source: Component::new(choice >> 4, choice >> 2 & 3),
-        id: MessageId(id),
-        crc_extra,
-        payload,
-        signature: None,
-    };
-    let mut frame = Vec::new();
-    encode(&spec, &mut frame);
-    if let Ok(frame) = Frame::parse(&frame) {
+    let Layout { id, crc_extra } = Timing::LAYOUTS[usize::from(choice & 1)];
+    let version = if choice & 2 == 0 { Version::V2 } else { Version::V1 };
+    let source = Component::new(choice >> 4, choice >> 2 & 3);
+    let spec = FrameSpec { version, ..FrameSpec::new(source, id, crc_extra, payload) };
+    if let Ok(frame) = Frame::parse(&spec.to_frame()) {
         own.handle_frame(&frame, now);
     }
 }

@@ -16,9 +16,6 @@ pub use stream_requests::Vehicle;
 
 use crate::routing::{LinkId, Time};
 
-/// MAV_COMP_ID_ONBOARD_COMPUTER (rule 68): the component id, if the user names none.
-pub const ONBOARD_COMPUTER: u8 = 191;
-
 /// A link, told from those that had its number before.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub struct Place {

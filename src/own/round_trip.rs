@@ -82,9 +82,7 @@ impl RoundTrips {
             self.seq = self.seq.wrapping_add(1);
             Question::Ping { seq: self.seq }
         } else {
-            // In nanoseconds, as the protocol has it.
-            let nanos = now.as_micros().saturating_mul(1_000) as i64;
-            self.ts1 = nanos.max(self.ts1 + 1);
+            self.ts1 = now.as_nanos().max(self.ts1 + 1);
             Question::Timesync { ts1: self.ts1 }
         };
         trip.open.rotate_right(1);

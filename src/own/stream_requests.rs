@@ -7,7 +7,7 @@
 use std::time::Duration;
 
 use super::Place;
-use crate::mavlink::{Component, Payload};
+use crate::mavlink::{Component, Layout, MessageId, Payload};
 use crate::routing::{Heartbeat, Time};
 
 /// How often a vehicle is asked in any case.
@@ -15,9 +15,6 @@ const PERIOD: Duration = Duration::from_secs(30);
 
 /// How many vehicles are asked in one second: the others have their turn in the next.
 const A_SECOND: usize = 16;
-
-/// MAV_AUTOPILOT_ARDUPILOTMEGA.
-const ARDUPILOT: u8 = 3;
 
 /// MAV_DATA_STREAM: raw sensors, extended status, RC channels, position, extra 1 to 3. The rest is
 /// of no use to ground stations.
@@ -43,9 +40,9 @@ impl Vehicle {
     /// neither gimbal nor camera nor anything else that it may have on board.
     pub fn has_to_be_asked(heartbeat: &Heartbeat) -> bool {
         // MAV_TYPE: ground station, onboard controller; gimbal to servo, but for the parafoil and the
-        // dodecarotor; Open Drone ID; battery to winch; illuminator.
-        let is_part = matches!(heartbeat.kind, 6 | 18 | 26 | 27 | 30..=34 | 36..=42 | 44);
-        heartbeat.autopilot == ARDUPILOT && !is_part
+        // dodecarotor; Open Drone ID; battery to winch; illuminator; gripper and radio.
+        let is_part = matches!(heartbeat.kind, 6 | 18 | 26 | 27 | 30..=34 | 36..=42 | 44 | 48 | 49);
+        heartbeat.autopilot == Heartbeat::ARDUPILOT && !is_part
     }
 }
 
@@ -118,8 +115,9 @@ impl Asked {
 /// REQUEST_DATA_STREAM for each of the streams.
 pub(super) fn requests(to: Component, rate: u8) -> impl Iterator<Item = Payload> {
     const START: u8 = 1;
+    const LAYOUT: Layout = Layout { id: MessageId::REQUEST_DATA_STREAM, crc_extra: 148 };
     STREAMS.into_iter().map(move |stream| {
-        Payload::new(66, 148, 6)
+        Payload::new(LAYOUT, 6)
             .with(0, u16::from(rate).to_le_bytes())
             .with(2, [to.system, to.component, stream, START])
     })
@@ -191,12 +189,12 @@ mod tests {
             let heartbeat = Heartbeat { kind, autopilot, base_mode: 0, state: 4 };
             Vehicle::has_to_be_asked(&heartbeat)
         };
-        // Copter, plane, rover, submarine, tracker; PX4, nobody's.
-        for kind in [2, 1, 10, 12, 5, 28, 29, 35, 43] {
+        // Copter, plane, rover, submarine, tracker, gyrodyne; PX4, nobody's.
+        for kind in [2, 1, 10, 12, 5, 28, 29, 35, 43, 46, 47] {
             assert!(asked(kind, 3) && !asked(kind, 12) && !asked(kind, 8), "{kind}");
         }
-        // Gimbal, camera, ground station, onboard controller, ADS-B.
-        for kind in [26, 30, 6, 18, 27] {
+        // Gimbal, camera, ground station, onboard controller, ADS-B, gripper, radio.
+        for kind in [26, 30, 6, 18, 27, 48, 49] {
             assert!(!asked(kind, 3), "{kind}");
         }
     }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::mavlink::{CheckedFrame, Component, MessageId};
-use crate::routing::Time;
+use crate::routing::{Heartbeat, Time};
 
 /// Where in a HEARTBEAT the autopilot and the base mode stand.
 const AUTOPILOT: u8 = 5;
@@ -11,12 +11,6 @@ const BASE_MODE: u8 = 6;
 
 /// MAV_AUTOPILOT_GENERIC, which is also what a companion computer says that says nothing.
 const GENERIC: u8 = 0;
-
-/// MAV_AUTOPILOT_INVALID: no flight controller, such as a ground station or a camera.
-const NO_AUTOPILOT: u8 = 8;
-
-/// MAV_COMP_ID_AUTOPILOT1.
-const MAIN: u8 = 1;
 
 /// MAV_MODE_FLAG_SAFETY_ARMED.
 const ARMED: u8 = 0x80;
@@ -68,7 +62,7 @@ impl Arming {
             return;
         }
         let voice = &mut self.voices[usize::from(system)];
-        if component == MAIN || voice.component == 0 || voice.is_forgotten(now) {
+        if component == Component::AUTOPILOT || voice.component == 0 || voice.is_forgotten(now) {
             voice.component = component;
         }
         if voice.component != component {
@@ -107,8 +101,8 @@ impl Arming {
 /// left the field empty.
 fn is_autopilot(component: u8, heartbeat: &CheckedFrame<'_>) -> bool {
     match heartbeat.payload_byte(AUTOPILOT) {
-        NO_AUTOPILOT => false,
-        GENERIC => component == MAIN,
+        Heartbeat::NO_AUTOPILOT => false,
+        GENERIC => component == Component::AUTOPILOT,
         _ => true,
     }
 }

@@ -66,6 +66,11 @@ pub struct Heartbeat {
 }
 
 impl Heartbeat {
+    /// MAV_AUTOPILOT_ARDUPILOTMEGA.
+    pub const ARDUPILOT: u8 = 3;
+    /// MAV_AUTOPILOT_INVALID: no flight controller, such as a ground station or a camera.
+    pub const NO_AUTOPILOT: u8 = 8;
+
     /// What stands in the payload of a HEARTBEAT, behind four bytes of `custom_mode`.
     pub(super) fn read(frame: &CheckedFrame<'_>) -> Self {
         let [kind, autopilot, base_mode, state] = [4, 5, 6, 7].map(|at| frame.payload_byte(at));

@@ -26,6 +26,12 @@ impl Time {
         self.0
     }
 
+    /// Nanoseconds since the start, as TIMESYNC has them: enough for 292 years.
+    pub const fn as_nanos(self) -> i64 {
+        let nanos = self.0.saturating_mul(1_000);
+        if nanos > i64::MAX as u64 { i64::MAX } else { nanos as i64 }
+    }
+
     /// How long ago `earlier` was; nothing if it is yet to come.
     pub const fn since(self, earlier: Self) -> Duration {
         Duration::from_micros(self.0.saturating_sub(earlier.0))

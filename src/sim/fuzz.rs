@@ -4,7 +4,7 @@ use super::flight::VehicleKind;
 use super::requests;
 use super::swarm::{Swarm, SwarmOptions};
 use crate::mavlink::{
-    Checker, Component, Dialect, Frame, FrameSpec, Input, MessageId, Splitter, Version, encode,
+    Checker, Component, Dialect, Frame, FrameSpec, Input, Layout, Splitter, Timing, Version,
 };
 use crate::routing::{LocalPeer, Time};
 
@@ -34,21 +34,12 @@ pub fn fuzz_sim(data: &[u8]) {
 }
 
 fn ask(swarm: &mut Swarm, choice: usize, payload: &[u8], now: Time) {
-    let Some(layout) = requests::understood().nth(choice % requests::understood().count()) else {
-        return;
-    };
-    let spec = FrameSpec {
-        version: if choice < 128 { Version::V2 } else { Version::V1 },
-        seq: 0,
-        source: Component::new(255, 190),
-        id: MessageId(layout.id),
-        crc_extra: layout.crc_extra,
-        payload,
-        signature: None,
-    };
-    let mut frame = Vec::new();
-    encode(&spec, &mut frame);
-    if let Ok(frame) = Frame::parse(&frame) {
+    let layouts: Vec<Layout> = requests::understood().chain(Timing::LAYOUTS).collect();
+    let Layout { id, crc_extra } = layouts[choice % layouts.len()];
+    let version = if choice < 128 { Version::V2 } else { Version::V1 };
+    let station = Component::new(255, 190);
+    let spec = FrameSpec { version, ..FrameSpec::new(station, id, crc_extra, payload) };
+    if let Ok(frame) = Frame::parse(&spec.to_frame()) {
         swarm.handle_frame(&frame, now);
     }
 }

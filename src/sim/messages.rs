@@ -3,7 +3,7 @@
 
 use super::flight::Motion;
 use super::mission::{Item, MissionType};
-use crate::mavlink::{Component, Payload};
+use crate::mavlink::{Component, Layout, Payload};
 
 /// MAV_AUTOPILOT_GENERIC. Who claims to be ArduPilot or PX4 is expected to have their parameters:
 /// QGroundControl tells at length of each that is missing.
@@ -22,7 +22,7 @@ pub(super) struct Heartbeat {
 }
 
 pub(super) fn heartbeat(it: Heartbeat) -> Payload {
-    Payload::new(0, 50, 9)
+    Payload::new(Layout::new(0, 50), 9)
         .with(0, it.custom_mode.to_le_bytes())
         .with(4, [it.kind, GENERIC, it.base_mode, it.state, 3])
 }
@@ -32,7 +32,7 @@ pub(super) fn sys_status(millivolts: u16, remaining: i8) -> Payload {
     // Gyroscope, accelerometer, magnetometer, barometer, GPS; rates, attitude, yaw, altitude and
     // position under control; motors, AHRS, battery.
     const SENSORS: u32 = 0x0220_fc2f;
-    Payload::new(1, 124, 43)
+    Payload::new(Layout::new(1, 124), 43)
         .with(0, SENSORS.to_le_bytes())
         .with(4, SENSORS.to_le_bytes())
         .with(8, SENSORS.to_le_bytes())
@@ -43,7 +43,7 @@ pub(super) fn sys_status(millivolts: u16, remaining: i8) -> Payload {
 }
 
 pub(super) fn attitude(boot_ms: u32, it: &Motion) -> Payload {
-    Payload::new(30, 39, 28)
+    Payload::new(Layout::new(30, 39), 28)
         .with(0, boot_ms.to_le_bytes())
         .with(4, it.roll.to_le_bytes())
         .with(8, it.pitch.to_le_bytes())
@@ -52,7 +52,7 @@ pub(super) fn attitude(boot_ms: u32, it: &Motion) -> Payload {
 }
 
 pub(super) fn global_position_int(boot_ms: u32, it: &Motion) -> Payload {
-    Payload::new(33, 104, 28)
+    Payload::new(Layout::new(33, 104), 28)
         .with(0, boot_ms.to_le_bytes())
         .with(4, it.lat.to_le_bytes())
         .with(8, it.lon.to_le_bytes())
@@ -67,7 +67,7 @@ pub(super) fn global_position_int(boot_ms: u32, it: &Motion) -> Payload {
 pub(super) fn gps_raw_int(boot_us: u64, it: &Motion, satellites: u8) -> Payload {
     // GPS_FIX_TYPE_3D_FIX, or GPS_FIX_TYPE_NO_FIX.
     let fix = if satellites >= 4 { 3 } else { 1 };
-    Payload::new(24, 24, 52)
+    Payload::new(Layout::new(24, 24), 52)
         .with(0, boot_us.to_le_bytes())
         .with(8, it.lat.to_le_bytes())
         .with(12, it.lon.to_le_bytes())
@@ -81,7 +81,7 @@ pub(super) fn gps_raw_int(boot_us: u64, it: &Motion, satellites: u8) -> Payload 
 
 pub(super) fn vfr_hud(it: &Motion) -> Payload {
     let heading = it.heading_cdeg / 100;
-    Payload::new(74, 20, 20)
+    Payload::new(Layout::new(74, 20), 20)
         .with(0, it.speed.to_le_bytes())
         .with(4, it.speed.to_le_bytes())
         .with(8, (it.alt_mm as f32 / 1_000.0).to_le_bytes())
@@ -91,7 +91,7 @@ pub(super) fn vfr_hud(it: &Motion) -> Payload {
 
 /// EXTENDED_SYS_STATE: on the ground, or in the air.
 pub(super) fn extended_sys_state(landed_state: u8) -> Payload {
-    Payload::new(245, 130, 2).with(1, [landed_state])
+    Payload::new(Layout::new(245, 130), 2).with(1, [landed_state])
 }
 
 /// PARAM_VALUE: a name of up to 16 bytes, and its value as MAV_PARAM_TYPE_REAL32.
@@ -100,7 +100,7 @@ pub(super) fn param_value(name: &str, value: f32, index: u16, count: u16) -> Pay
     let mut id = [0; 16];
     let len = name.len().min(id.len());
     id[..len].copy_from_slice(&name.as_bytes()[..len]);
-    Payload::new(22, 220, 25)
+    Payload::new(Layout::new(22, 220), 25)
         .with(0, value.to_le_bytes())
         .with(4, count.to_le_bytes())
         .with(6, index.to_le_bytes())
@@ -110,7 +110,7 @@ pub(super) fn param_value(name: &str, value: f32, index: u16, count: u16) -> Pay
 
 /// COMMAND_ACK: a MAV_RESULT for whoever gave the command.
 pub(super) fn command_ack(command: u16, result: u8, to: Component) -> Payload {
-    Payload::new(77, 143, 10)
+    Payload::new(Layout::new(77, 143), 10)
         .with(0, command.to_le_bytes())
         .with(2, [result])
         .with(8, [to.system, to.component])
@@ -121,7 +121,7 @@ pub(super) fn autopilot_version(capabilities: u64, uid: u64) -> Payload {
     let patch = number(env!("CARGO_PKG_VERSION_PATCH"));
     let minor = number(env!("CARGO_PKG_VERSION_MINOR"));
     let version = [0, patch, minor, number(env!("CARGO_PKG_VERSION_MAJOR"))];
-    Payload::new(148, 178, 78)
+    Payload::new(Layout::new(148, 178), 78)
         .with(0, capabilities.to_le_bytes())
         .with(8, uid.to_le_bytes())
         .with(16, version)
@@ -129,7 +129,7 @@ pub(super) fn autopilot_version(capabilities: u64, uid: u64) -> Payload {
 
 /// HOME_POSITION: latitude, longitude in 1e-7 degrees, altitude in millimetres.
 pub(super) fn home_position((lat, lon, alt_mm): (i32, i32, i32), boot_us: u64) -> Payload {
-    Payload::new(242, 104, 60)
+    Payload::new(Layout::new(242, 104), 60)
         .with(0, lat.to_le_bytes())
         .with(4, lon.to_le_bytes())
         .with(8, alt_mm.to_le_bytes())
@@ -140,19 +140,25 @@ pub(super) fn home_position((lat, lon, alt_mm): (i32, i32, i32), boot_us: u64) -
 
 /// MESSAGE_INTERVAL in microseconds; -1: not sent, 0: not known here.
 pub(super) fn message_interval(id: u16, interval_us: i32) -> Payload {
-    Payload::new(244, 95, 6).with(0, interval_us.to_le_bytes()).with(4, id.to_le_bytes())
+    Payload::new(Layout::new(244, 95), 6)
+        .with(0, interval_us.to_le_bytes())
+        .with(4, id.to_le_bytes())
 }
 
 pub(super) fn mission_count(to: Component, kind: MissionType, count: u16) -> Payload {
-    Payload::new(44, 221, 5).with(0, count.to_le_bytes()).with(2, [to.system, to.component, kind.0])
+    Payload::new(Layout::new(44, 221), 5)
+        .with(0, count.to_le_bytes())
+        .with(2, [to.system, to.component, kind.0])
 }
 
 pub(super) fn mission_request_int(to: Component, kind: MissionType, seq: u16) -> Payload {
-    Payload::new(51, 196, 5).with(0, seq.to_le_bytes()).with(2, [to.system, to.component, kind.0])
+    Payload::new(Layout::new(51, 196), 5)
+        .with(0, seq.to_le_bytes())
+        .with(2, [to.system, to.component, kind.0])
 }
 
 pub(super) fn mission_item_int(to: Component, seq: u16, is_current: bool, it: &Item) -> Payload {
-    let mut payload = Payload::new(73, 38, 38);
+    let mut payload = Payload::new(Layout::new(73, 38), 38);
     for (at, param) in it.params.iter().enumerate() {
         payload = payload.with(at * 4, param.to_le_bytes());
     }
@@ -167,9 +173,9 @@ pub(super) fn mission_item_int(to: Component, seq: u16, is_current: bool, it: &I
 
 /// MISSION_ACK: a MAV_MISSION_RESULT.
 pub(super) fn mission_ack(to: Component, kind: MissionType, result: u8) -> Payload {
-    Payload::new(47, 153, 4).with(0, [to.system, to.component, result, kind.0])
+    Payload::new(Layout::new(47, 153), 4).with(0, [to.system, to.component, result, kind.0])
 }
 
 pub(super) fn mission_current(seq: u16) -> Payload {
-    Payload::new(42, 28, 2).with(0, seq.to_le_bytes())
+    Payload::new(Layout::new(42, 28), 2).with(0, seq.to_le_bytes())
 }

@@ -13,7 +13,6 @@ pub(super) struct Addressed {
 /// What is asked for.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Request {
-    Ping { time_us: u64, seq: u32 },
     SetMode { base: u8, custom: u32 },
     ParamRead { index: i16, name: [u8; 16] },
     ParamList,
@@ -26,7 +25,6 @@ pub(super) enum Request {
     MissionClear { kind: MissionType },
     MissionAck { result: u8 },
     Command(Command),
-    Timesync { ts1: i64 },
 }
 
 /// COMMAND_LONG or COMMAND_INT, as far as anything here wants to know.
@@ -39,41 +37,34 @@ pub(super) struct Command {
 }
 
 /// Whom a message is for stands at this offset; there is one, as the definitions below have it.
-const MESSAGES: [(Layout, u8); 17] = [
-    (layout(4, 237), 12),
-    (layout(11, 89), 4),
-    (layout(20, 214), 2),
-    (layout(21, 159), 0),
-    (layout(23, 168), 4),
-    (layout(39, 254), 32),
-    (layout(40, 230), 2),
-    (layout(41, 28), 2),
-    (layout(43, 132), 0),
-    (layout(44, 221), 2),
-    (layout(45, 232), 0),
-    (layout(47, 153), 0),
-    (layout(51, 196), 2),
-    (layout(73, 38), 32),
-    (layout(75, 158), 30),
-    (layout(76, 152), 30),
-    (layout(111, 34), 16),
+const MESSAGES: [(Layout, u8); 15] = [
+    (Layout::new(11, 89), 4),
+    (Layout::new(20, 214), 2),
+    (Layout::new(21, 159), 0),
+    (Layout::new(23, 168), 4),
+    (Layout::new(39, 254), 32),
+    (Layout::new(40, 230), 2),
+    (Layout::new(41, 28), 2),
+    (Layout::new(43, 132), 0),
+    (Layout::new(44, 221), 2),
+    (Layout::new(45, 232), 0),
+    (Layout::new(47, 153), 0),
+    (Layout::new(51, 196), 2),
+    (Layout::new(73, 38), 32),
+    (Layout::new(75, 158), 30),
+    (Layout::new(76, 152), 30),
 ];
-
-const fn layout(id: u32, crc_extra: u8) -> Layout {
-    Layout { id, crc_extra }
-}
 
 /// What a frame asks for; `None` if it asks for nothing, or for nothing known here.
 pub(super) fn parse(frame: &Frame<'_>) -> Option<Addressed> {
-    let id = frame.header().id.0;
+    let id = frame.header().id;
     let (layout, target) = MESSAGES.iter().find(|(layout, _)| layout.id == id)?;
     if !layout.is_of(frame) {
         return None;
     }
     let fields = Fields(frame);
     let mut target = fields.component(*target);
-    let request = match id {
-        4 => Request::Ping { time_us: fields.u64(0), seq: fields.u32(8) },
+    let request = match id.0 {
         11 => {
             // It names a system only; what stands behind that is another field.
             target.component = 0;
@@ -83,8 +74,7 @@ pub(super) fn parse(frame: &Frame<'_>) -> Option<Addressed> {
         21 => Request::ParamList,
         23 => Request::ParamSet { name: fields.bytes(6), value: fields.f32(0) },
         75 | 76 => Request::Command(command(fields)),
-        111 => return timesync(fields, target),
-        _ => mission(id, fields)?,
+        _ => mission(id.0, fields)?,
     };
     Some(Addressed { target, request })
 }
@@ -105,12 +95,6 @@ fn mission(id: u32, fields: Fields<'_>) -> Option<Request> {
         47 => Request::MissionAck { result: fields.u8(2) },
         _ => return None,
     })
-}
-
-/// A question only if its first time is zero; else it is somebody's answer.
-fn timesync(fields: Fields<'_>, target: Component) -> Option<Addressed> {
-    let request = Request::Timesync { ts1: fields.i64(8) };
-    (fields.i64(0) == 0).then_some(Addressed { target, request })
 }
 
 /// The fields that COMMAND_LONG and COMMAND_INT have at the same places.

@@ -3,9 +3,9 @@
 use std::fmt;
 
 use super::flight::VehicleKind;
-use super::requests::{self, Addressed, Request};
+use super::requests::{self, Addressed};
 use super::vehicle::Vehicle;
-use crate::mavlink::{Component, Frame};
+use crate::mavlink::{Component, Frame, Timing};
 use crate::routing::{LocalPeer, Precedence, Time};
 
 /// How many vehicles there may be: some system ids are left for ground stations.
@@ -96,13 +96,14 @@ impl Swarm {
 
 impl LocalPeer for Swarm {
     fn handle_frame(&mut self, frame: &Frame<'_>, now: Time) {
-        let Some(Addressed { target, request }) = requests::parse(frame) else { return };
         let from = frame.header().source;
-        // A PING for somebody is an answer; and an answer to system 0 would be a question to all.
-        let is_question = target == Component::new(0, 0) && from.system != 0;
-        if matches!(request, Request::Ping { .. }) && !is_question {
+        if let Some(timing) = Timing::read(frame) {
+            if let Some(answer) = timing.answer(from, now.as_nanos()) {
+                self.addressed(timing.target()).iter_mut().for_each(|it| it.reply(answer));
+            }
             return;
         }
+        let Some(Addressed { target, request }) = requests::parse(frame) else { return };
         for vehicle in self.addressed(target) {
             vehicle.handle(from, &request, now);
         }

@@ -8,11 +8,8 @@ use super::mission::Mission;
 use super::parameters::Parameters;
 use super::requests::Request;
 use super::streams::{Schedule, Stream};
-use crate::mavlink::{Component, Payload, Timing};
+use crate::mavlink::{Component, Payload};
 use crate::routing::Time;
-
-/// MAV_COMP_ID_AUTOPILOT1.
-const AUTOPILOT: u8 = 1;
 
 /// How many answers may wait; what comes on top gets none, as on a link that is too slow.
 const MAX_REPLIES: usize = 32;
@@ -50,7 +47,7 @@ impl Vehicle {
         let habit = kind.habit();
         let home = Place::home(number, habit.radius);
         Self {
-            id: Component::new(system, AUTOPILOT),
+            id: Component::new(system, Component::AUTOPILOT),
             kind,
             habit,
             seq: 0,
@@ -87,12 +84,6 @@ impl Vehicle {
     /// Answers what is asked of this component.
     pub(super) fn handle(&mut self, from: Component, request: &Request, now: Time) {
         match *request {
-            Request::Ping { time_us, seq } => self.reply(Timing::ping(time_us, seq, from)),
-            Request::Timesync { ts1 } => {
-                // Microseconds since the start: an i64 holds them for 292 years in nanoseconds.
-                let tc1 = now.as_micros().saturating_mul(1_000) as i64;
-                self.reply(Timing::timesync(tc1, ts1, from));
-            }
             Request::SetMode { base, custom } => self.set_mode(base, custom),
             Request::ParamList => self.parameters.ask_all(),
             Request::ParamRead { index, name } => self.parameters.ask(index, &name),

@@ -4,7 +4,7 @@ use super::{ArmedState, Vehicle};
 use crate::routing::Heartbeat;
 
 /// MAV_TYPE, from 0 on.
-const KINDS: [&str; 46] = [
+const KINDS: [&str; 50] = [
     "generic",
     "fixed wing",
     "quadrotor",
@@ -51,6 +51,10 @@ const KINDS: [&str; 46] = [
     "multirotor",
     "illuminator",
     "spacecraft",
+    "ground quadruped",
+    "VTOL gyrodyne",
+    "gripper",
+    "radio",
 ];
 
 /// MAV_AUTOPILOT, from 0 on.
@@ -91,9 +95,6 @@ const STATES: [&str; 9] = [
     "terminating flight",
 ];
 
-/// MAV_AUTOPILOT_INVALID: what is no vehicle says so.
-const NO_AUTOPILOT: u8 = 8;
-
 /// MAV_MODE_FLAG_SAFETY_ARMED, of `base_mode`.
 const ARMED: u8 = 128;
 
@@ -104,7 +105,7 @@ impl From<Heartbeat> for Vehicle {
             kind: name(&KINDS, kind, "type"),
             autopilot: name(&AUTOPILOTS, autopilot, "autopilot"),
             armed: match base_mode & ARMED {
-                _ if autopilot == NO_AUTOPILOT => ArmedState::None,
+                _ if autopilot == Heartbeat::NO_AUTOPILOT => ArmedState::None,
                 0 => ArmedState::Disarmed,
                 _ => ArmedState::Armed,
             },
@@ -138,6 +139,7 @@ mod tests {
         let station = vehicle(6, 8, 0xc0, 4);
         assert_eq!((station.kind.as_str(), station.armed), ("ground station", ArmedState::None));
         assert_eq!(vehicle(45, 20, 0, 8).kind, "spacecraft");
+        assert_eq!(vehicle(49, 20, 0, 8).kind, "radio");
         assert_eq!(vehicle(200, 99, 0, 77).autopilot, "autopilot 99");
     }
 }

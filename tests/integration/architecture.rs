@@ -139,7 +139,7 @@ fn each_layer_uses_only_those_below_it() {
         ("routing", &["mavlink", "routing"]),
         ("sim", &["mavlink", "routing", "sim"]),
         ("own", &["mavlink", "routing", "own"]),
-        ("config", &["mavlink", "routing", "sim", "own", "config"]),
+        ("config", &["mavlink", "routing", "sim", "config"]),
         ("link", &["mavlink", "routing", "config", "link"]),
         ("check", &["mavlink", "routing", "config", "link", "record", "check"]),
         ("record", &["mavlink", "routing", "config", "record"]),

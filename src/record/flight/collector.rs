@@ -16,7 +16,7 @@ use super::sink::FlightFeed;
 use super::ulog::Ulog;
 use crate::config::{FlightLog, RecordOptions, RecordWhen};
 use crate::mavlink::{Frame, MessageId};
-use crate::routing::{LocalPeer, Time};
+use crate::routing::{Heartbeat, LocalPeer, Time};
 
 /// How many vehicles it has sessions with; those that come later make no log here.
 pub const VEHICLES: usize = 32;
@@ -24,9 +24,7 @@ pub const VEHICLES: usize = 32;
 /// How much may wait to be said; what goes beyond is said again when it is asked for again.
 const OUTBOX: usize = 4_096;
 
-/// MAV_AUTOPILOT_ARDUPILOTMEGA, MAV_AUTOPILOT_INVALID and MAV_AUTOPILOT_PX4.
-const ARDUPILOT: u8 = 3;
-const NO_AUTOPILOT: u8 = 8;
+/// MAV_AUTOPILOT_PX4.
 const PX4: u8 = 12;
 
 /// MAV_MODE_FLAG_SAFETY_ARMED.
@@ -140,9 +138,9 @@ impl Sessions {
             return None;
         }
         let session: Box<dyn Session> = match (self.which, autopilot) {
-            (FlightLog::Off, _) | (_, NO_AUTOPILOT) => return None,
+            (FlightLog::Off, _) | (_, Heartbeat::NO_AUTOPILOT) => return None,
             (FlightLog::Ulog, _) | (FlightLog::Auto, PX4) => Box::new(Ulog::new(system)),
-            (FlightLog::Dataflash, _) | (FlightLog::Auto, ARDUPILOT) => {
+            (FlightLog::Dataflash, _) | (FlightLog::Auto, Heartbeat::ARDUPILOT) => {
                 Box::new(Dataflash::new(system))
             }
             (FlightLog::Auto, _) => return None,

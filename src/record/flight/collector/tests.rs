@@ -145,7 +145,7 @@ fn px4(system: u8, messages: usize) -> (Pilot, Vec<u8>) {
 fn ardupilot(system: u8, blocks: usize) -> (Pilot, Vec<u8>) {
     let mut vehicle = ArduPilot::default();
     let log = vehicle.load(&mut Chance::new(system.into()), blocks);
-    (Pilot::new(system, ARDUPILOT, Box::new(vehicle)), log)
+    (Pilot::new(system, Heartbeat::ARDUPILOT, Box::new(vehicle)), log)
 }
 
 fn on_a_bad_line(mut pilot: Pilot) -> Pilot {
