@@ -16,7 +16,7 @@ use super::timers::Timer;
 use crate::config::{Address, EndpointOptions};
 use crate::mavlink::{CheckedFrame, Component, Frame, Header, MessageId};
 use crate::own::{OwnComponent, Place, RoundTrip, Vehicle};
-use crate::routing::{Heard, Heartbeat, KnownComponent, LinkId, LinkOptions, LocalPeer, Time};
+use crate::routing::{Heard, KnownComponent, LinkId, LinkOptions, LocalPeer, Time};
 
 /// A second: that of the heartbeat (rule 68).
 const SECOND: Duration = Duration::from_secs(1);
@@ -199,9 +199,7 @@ impl Daemon {
     fn partners(&self, own: Component) -> impl Iterator<Item = (Place, Component)> {
         let mut best: BTreeMap<Place, (u8, Component)> = BTreeMap::new();
         for known in self.router.table().components() {
-            let rank = known
-                .heartbeat
-                .map_or(0, |it| 1 + u8::from(it.autopilot != Heartbeat::NO_AUTOPILOT));
+            let rank = known.heartbeat.map_or(0, |it| 1 + u8::from(it.has_autopilot()));
             let is_there = |heard: &&Heard| self.now.since(heard.last) < PARTNER_SILENCE;
             for heard in known.heard.iter().filter(is_there) {
                 let is_wanted = self.options_of(heard.link).is_some_and(|it| it.own_component);

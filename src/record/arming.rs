@@ -5,15 +5,8 @@ use std::time::Duration;
 use crate::mavlink::{CheckedFrame, Component, MessageId};
 use crate::routing::{Heartbeat, Time};
 
-/// Where in a HEARTBEAT the autopilot and the base mode stand.
-const AUTOPILOT: u8 = 5;
-const BASE_MODE: u8 = 6;
-
 /// MAV_AUTOPILOT_GENERIC, which is also what a companion computer says that says nothing.
 const GENERIC: u8 = 0;
-
-/// MAV_MODE_FLAG_SAFETY_ARMED.
-const ARMED: u8 = 0x80;
 
 /// A vehicle that has said nothing for so long is not armed any more: it is out of reach or has no
 /// power, and its log need not last for ever.
@@ -58,7 +51,11 @@ impl Arming {
     /// Takes what a frame says about it: only heartbeats of autopilots do.
     pub(super) fn handle(&mut self, frame: &CheckedFrame<'_>, now: Time) {
         let Component { system, component } = frame.header.source;
-        if frame.header.id != MessageId::HEARTBEAT || !is_autopilot(component, frame) {
+        if frame.header.id != MessageId::HEARTBEAT {
+            return;
+        }
+        let heartbeat = Heartbeat::read(frame);
+        if !is_autopilot(component, heartbeat) {
             return;
         }
         let voice = &mut self.voices[usize::from(system)];
@@ -69,7 +66,7 @@ impl Arming {
             return;
         }
         voice.heard = now;
-        let is_armed = frame.payload_byte(BASE_MODE) & ARMED != 0;
+        let is_armed = heartbeat.is_armed();
         if std::mem::replace(&mut voice.is_armed, is_armed) != is_armed {
             self.look();
         }
@@ -99,10 +96,7 @@ impl Arming {
 
 /// The main component may be a generic autopilot; what else says so is mostly something that has
 /// left the field empty.
-fn is_autopilot(component: u8, heartbeat: &CheckedFrame<'_>) -> bool {
-    match heartbeat.payload_byte(AUTOPILOT) {
-        Heartbeat::NO_AUTOPILOT => false,
-        GENERIC => component == Component::AUTOPILOT,
-        _ => true,
-    }
+fn is_autopilot(component: u8, heartbeat: Heartbeat) -> bool {
+    heartbeat.has_autopilot()
+        && (heartbeat.autopilot != GENERIC || component == Component::AUTOPILOT)
 }

@@ -70,11 +70,23 @@ impl Heartbeat {
     pub const ARDUPILOT: u8 = 3;
     /// MAV_AUTOPILOT_INVALID: no flight controller, such as a ground station or a camera.
     pub const NO_AUTOPILOT: u8 = 8;
+    /// MAV_MODE_FLAG_SAFETY_ARMED, of `base_mode`.
+    pub const ARMED: u8 = 0x80;
 
     /// What stands in the payload of a HEARTBEAT, behind four bytes of `custom_mode`.
-    pub(super) fn read(frame: &CheckedFrame<'_>) -> Self {
+    pub fn read(frame: &CheckedFrame<'_>) -> Self {
         let [kind, autopilot, base_mode, state] = [4, 5, 6, 7].map(|at| frame.payload_byte(at));
         Self { kind, autopilot, base_mode, state }
+    }
+
+    /// Whether the motors may turn. Says nothing of who has no autopilot.
+    pub fn is_armed(self) -> bool {
+        self.base_mode & Self::ARMED != 0
+    }
+
+    /// Whether a flight controller says it, and not a ground station or a camera.
+    pub fn has_autopilot(self) -> bool {
+        self.autopilot != Self::NO_AUTOPILOT
     }
 }
 

@@ -95,19 +95,16 @@ const STATES: [&str; 9] = [
     "terminating flight",
 ];
 
-/// MAV_MODE_FLAG_SAFETY_ARMED, of `base_mode`.
-const ARMED: u8 = 128;
-
 impl From<Heartbeat> for Vehicle {
     fn from(heartbeat: Heartbeat) -> Self {
-        let Heartbeat { kind, autopilot, base_mode, state } = heartbeat;
+        let Heartbeat { kind, autopilot, state, .. } = heartbeat;
         Self {
             kind: name(&KINDS, kind, "type"),
             autopilot: name(&AUTOPILOTS, autopilot, "autopilot"),
-            armed: match base_mode & ARMED {
-                _ if autopilot == Heartbeat::NO_AUTOPILOT => ArmedState::None,
-                0 => ArmedState::Disarmed,
-                _ => ArmedState::Armed,
+            armed: match heartbeat.is_armed() {
+                _ if !heartbeat.has_autopilot() => ArmedState::None,
+                false => ArmedState::Disarmed,
+                true => ArmedState::Armed,
             },
             state: name(&STATES, state, "state"),
         }

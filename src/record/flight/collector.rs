@@ -27,9 +27,6 @@ const OUTBOX: usize = 4_096;
 /// MAV_AUTOPILOT_PX4.
 const PX4: u8 = 12;
 
-/// MAV_MODE_FLAG_SAFETY_ARMED.
-const ARMED: u8 = 0x80;
-
 /// How much less the time since boot has to be for a restart, in milliseconds: frames may overtake
 /// each other.
 const RESTART: u32 = 3_000;
@@ -124,7 +121,7 @@ impl Sessions {
     fn handle_heartbeat(&mut self, frame: &Frame<'_>, now: Time) {
         let system = frame.header().source.system;
         let Some(at) = self.find_or_add(system, frame.payload_byte(5)) else { return };
-        let is_armed = frame.payload_byte(6) & ARMED != 0;
+        let is_armed = frame.payload_byte(6) & Heartbeat::ARMED != 0;
         let is_wanted = self.when == RecordWhen::Always || is_armed;
         self.with(at, now, |session, turn| session.set_wanted(is_wanted, turn));
     }

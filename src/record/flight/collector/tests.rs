@@ -69,7 +69,7 @@ impl Stage {
 
     /// All heartbeats are heard, of vehicles that are armed.
     fn greet(&mut self) {
-        self.beat(ARMED);
+        self.beat(Heartbeat::ARMED);
     }
 
     fn beat(&mut self, mode: u8) {
@@ -189,7 +189,7 @@ fn at_the_end_each_vehicle_that_sends_is_asked_to_stop_and_nothing_begins_any_mo
     let (sending, log) = px4(1, 100);
     let mut stage = Stage::new(vec![sending, ardupilot(2, 200).0, px4(3, 1).0]);
     for at in [0, 1] {
-        let heartbeat = stage.pilots[at].heartbeat(ARMED);
+        let heartbeat = stage.pilots[at].heartbeat(Heartbeat::ARMED);
         stage.hear(&heartbeat);
     }
     stage.run(100);

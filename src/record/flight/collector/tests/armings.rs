@@ -51,9 +51,9 @@ fn a_hundred_armings_of_two_vehicles_at_once_are_a_hundred_whole_files_of_each()
         replace(&mut stage, pilots);
         ulogs.push(ulog);
         dataflashes.push(dataflash);
-        stage.beat(ARMED);
+        stage.beat(Heartbeat::ARMED);
         stage.run_to_end();
-        stage.beat(ARMED);
+        stage.beat(Heartbeat::ARMED);
         land(&mut stage);
     }
     let files = stage.end();
