@@ -230,7 +230,7 @@ impl Daemon {
     /// Forgets keys that are not configured any more, so that nothing has them and they are wiped. An
     /// endpoint without a link just now still needs to know what was heard by its key.
     fn forget_keys(&mut self) {
-        let verify = |endpoint: &Endpoint| Some(endpoint.gate.verify.as_ref()?.key.clone());
+        let verify = |endpoint: &Endpoint| endpoint.gate.verify_key().cloned();
         let used: Vec<Key> = self.io.endpoints.iter().filter_map(verify).collect();
         self.router.forget_keys(|key| used.contains(key));
     }

@@ -158,6 +158,9 @@ impl Default for Streams {
 }
 
 impl Streams {
+    /// None; without room for any.
+    pub const EMPTY: Self = Self(Vec::new());
+
     /// Believes a frame, or says why not; `local` is the time of now. Tells the time of the frame,
     /// by which `local` may have to rise.
     ///
@@ -170,20 +173,15 @@ impl Streams {
         key: &Key,
         local: Timestamp,
     ) -> Result<Timestamp, Refusal> {
-        let new = Stream::of(frame).ok_or(Refusal::Unsigned)?;
-        // Before anything is made of the timestamp: else a forged one could end a stream.
-        if !key.has_signed(frame.bytes) {
-            return Err(Refusal::WrongSignature);
-        }
-        match self.0.iter_mut().find(|known| known.is_same(&new)) {
-            Some(known) if new.last <= known.last => return Err(Refusal::Replayed),
-            Some(known) => known.last = new.last,
-            None => self.begin(new, local)?,
+        let (new, place) = self.judge(frame, key, local)?;
+        match place {
+            Some(place) => self.0[place] = new,
+            None => self.0.push(new),
         }
         Ok(new.last)
     }
 
-    /// Whether [`Streams::accept`] would believe a frame, as far as its stream is concerned.
+    /// Whether [`Streams::accept`] would believe a frame.
     ///
     /// # Errors
     ///
@@ -194,29 +192,34 @@ impl Streams {
         key: &Key,
         local: Timestamp,
     ) -> Result<(), Refusal> {
+        self.judge(frame, key, local).map(drop)
+    }
+
+    /// The stream of a frame that is to be believed, and the place that it takes; `None`: a new one.
+    fn judge(
+        &self,
+        frame: &CheckedFrame<'_>,
+        key: &Key,
+        local: Timestamp,
+    ) -> Result<(Stream, Option<usize>), Refusal> {
         let new = Stream::of(frame).ok_or(Refusal::Unsigned)?;
+        // Before anything is made of the timestamp: else a forged one could end a stream.
         if !key.has_signed(frame.bytes) {
             return Err(Refusal::WrongSignature);
         }
-        match self.0.iter().find(|known| known.is_same(&new)) {
-            Some(known) if new.last <= known.last => Err(Refusal::Replayed),
-            None if new.last.plus(LATE) < local => Err(Refusal::TooOld),
-            _ => Ok(()),
+        if let Some(known) = self.0.iter().position(|known| known.is_same(&new)) {
+            let is_newer = new.last > self.0[known].last;
+            return if is_newer { Ok((new, Some(known))) } else { Err(Refusal::Replayed) };
         }
-    }
-
-    fn begin(&mut self, new: Stream, local: Timestamp) -> Result<(), Refusal> {
         if new.last.plus(LATE) < local {
             return Err(Refusal::TooOld);
         }
         if self.0.len() < MAX_STREAMS {
-            self.0.push(new);
-            return Ok(());
+            return Ok((new, None));
         }
         // Whatever was recorded of a stream that is too old to begin anew cannot be replayed either.
-        let mut over = self.0.iter_mut().filter(|known| known.last.plus(LATE) < local);
-        *over.next().ok_or(Refusal::TooManyStreams)? = new;
-        Ok(())
+        let over = self.0.iter().position(|known| known.last.plus(LATE) < local);
+        over.map(|over| (new, Some(over))).ok_or(Refusal::TooManyStreams)
     }
 }
 
@@ -352,6 +355,11 @@ mod tests {
             let frame = signed(system + 1, link, NOW, &key());
             let expected =
                 if number < MAX_STREAMS { Ok(NOW) } else { Err(Refusal::TooManyStreams) };
+            assert_eq!(
+                streams.would_accept(&checked(&frame), &key(), NOW),
+                expected.map(|_| ()),
+                "{number}"
+            );
             assert_eq!(streams.accept(&checked(&frame), &key(), NOW), expected);
         }
         let later = NOW.plus(LATE + 1);

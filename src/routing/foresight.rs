@@ -6,12 +6,10 @@
 
 use super::counters::DropReason;
 use super::gate::Gate;
-use super::link_set::LinkId;
 use super::port::Port;
 use super::queue::Precedence;
-use super::router::Router;
 use super::time::Time;
-use crate::mavlink::{CheckedFrame, Component, FrameBuffer, SIGNATURE, Version};
+use crate::mavlink::{CheckedFrame, SIGNATURE};
 
 impl Gate {
     /// Why a frame that came would not be let in; if it is signed, with a good signature.
@@ -24,18 +22,17 @@ impl Gate {
         if !frame.header.signed && !is_named(frame.header.id) {
             return Some(DropReason::Unsigned);
         }
-        let (mut stripped, mut remapped) = <(FrameBuffer, FrameBuffer)>::default();
-        self.remap(&self.bared(frame, &mut stripped), &mut remapped).err()
+        if self.options.is_readonly {
+            return Some(DropReason::ReadOnly);
+        }
+        self.pass(frame, &mut Default::default()).err()
     }
 
     /// Why a frame would not leave, or else how long it would be then, in bytes.
     fn foresee_out(&self, frame: &CheckedFrame<'_>) -> Result<usize, DropReason> {
-        let [mut remapped, mut converted, mut shaped] = <[FrameBuffer; 3]>::default();
-        let frame = self.remap(frame, &mut remapped)?;
-        let frame = self.convert(&frame, &mut converted)?;
-        let frame = self.shape(&frame, &mut shaped)?;
-        let is_unsigned = frame.header.version == Version::V2 && !frame.header.signed;
-        let signature = if self.options.sign.is_some() && is_unsigned { SIGNATURE } else { 0 };
+        let mut buffers = Default::default();
+        let frame = self.shaped(frame, &mut buffers)?;
+        let signature = self.signs(&frame).map_or(0, |_| SIGNATURE);
         Ok(frame.bytes.len() + signature)
     }
 }
@@ -46,7 +43,7 @@ impl Port {
         self.gate.as_ref()?.foresee_in(frame, now)
     }
 
-    /// Whether a frame that came would be taken only if its signature is good.
+    /// Whether what becomes of a frame that came hangs on its signature.
     pub(super) fn looks_at_signature(&self, frame: &CheckedFrame<'_>, now: Time) -> bool {
         let looks = |gate: &Gate| {
             gate.options.verify.is_some()
@@ -62,7 +59,7 @@ impl Port {
         precedence: Precedence,
         now: Time,
     ) -> Option<DropReason> {
-        let gate = self.gate.as_ref().filter(|_| self.is_rewritten());
+        let gate = self.gate.as_ref().filter(|_| self.leaves_by_gate());
         if gate.is_some_and(|gate| gate.awaits_proof) {
             return Some(DropReason::Unproven);
         }
@@ -72,22 +69,5 @@ impl Port {
             Err(reason) => Some(reason),
             Ok(len) => (!self.has_room_for(len, precedence)).then_some(DropReason::QueueFull),
         }
-    }
-}
-
-impl Router {
-    /// The ids that a component has on a link, if its frames come or go by it: others than here where
-    /// they are remapped.
-    pub fn on_the_wire(&self, link: LinkId, component: Component) -> Component {
-        let gate = self.port(link).and_then(|port| port.gate.as_ref());
-        let map = gate.and_then(|gate| gate.options.remap.as_deref());
-        let system = map.map_or(component.system, |map| map.apply(component.system));
-        Component::new(system, component.component)
-    }
-
-    /// Whether a link takes only what is signed.
-    pub fn asks_for_signatures(&self, link: LinkId) -> bool {
-        let gate = self.port(link).and_then(|port| port.gate.as_ref());
-        gate.is_some_and(|gate| gate.options.verify.is_some())
     }
 }

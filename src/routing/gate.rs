@@ -6,7 +6,7 @@
 
 use super::bucket::Bucket;
 use super::counters::DropReason;
-use super::gate_options::{GateOptions, OldFrames, Verify};
+use super::gate_options::{GateOptions, OldFrames, Sign, Verify};
 use super::group::Membership;
 use super::link_set::LinkId;
 use super::options::RouterEvent;
@@ -14,7 +14,7 @@ use super::port::Port;
 use super::router::{Router, push_event};
 use super::signing::{HeardId, Signing, SigningClock};
 use super::time::Time;
-use crate::mavlink::{CheckedFrame, FrameBuffer, MessageId, Refusal, Version};
+use crate::mavlink::{CheckedFrame, Component, FrameBuffer, MessageId, Refusal, Version};
 
 /// The gate of one link.
 #[derive(Debug)]
@@ -59,8 +59,8 @@ impl Gate {
 
     /// Whoever is there has shown to have the key of these options.
     pub(super) fn has_proof_for(&self, options: &GateOptions) -> bool {
-        let key = |options: &GateOptions| options.verify.as_ref().map(|verify| verify.key.clone());
-        !self.awaits_proof && self.options.verify.is_some() && key(&self.options) == key(options)
+        let key = self.options.verify_key();
+        !self.awaits_proof && key.is_some() && key == options.verify_key()
     }
 
     /// A frame that came and is not kept out, as it goes on.
@@ -69,75 +69,64 @@ impl Gate {
         frame: &CheckedFrame<'a>,
         signing: &mut Signing,
         now: Time,
-        (stripped, remapped): (&'a mut FrameBuffer, &'a mut FrameBuffer),
+        buffers: &'a mut [FrameBuffer; 2],
     ) -> Result<CheckedFrame<'a>, DropReason> {
-        let frame = self.believe(frame, signing, now, stripped)?;
-        self.remap(&frame, remapped)
+        self.believe(frame, signing, now)?;
+        // Whoever only looks on has to show the key all the same.
+        if self.options.is_readonly {
+            return Err(DropReason::ReadOnly);
+        }
+        self.pass(frame, buffers)
     }
 
     /// Why a frame that came is kept out whatever it says, if so.
     fn keeps_out(&mut self, id: MessageId, now: Time) -> Option<DropReason> {
-        // The original is changed by it: something came.
-        let mut bucket = self.bucket;
-        let reason = self.refusal(id, &mut bucket, now);
-        self.bucket = bucket;
-        reason
-    }
-
-    /// A frame whose signature is right, if it must be.
-    fn believe<'a>(
-        &mut self,
-        frame: &CheckedFrame<'a>,
-        signing: &mut Signing,
-        now: Time,
-        buffer: &'a mut FrameBuffer,
-    ) -> Result<CheckedFrame<'a>, DropReason> {
-        let (Some(verify), Some(heard)) = (&self.options.verify, self.heard) else {
-            return Ok(*frame);
-        };
-        match signing.accept(heard, frame, now) {
-            Err(Refusal::Unsigned) if verify.allow_unsigned.contains(&frame.header.id) => {
-                Ok(*frame)
-            }
-            Err(refusal) => Err(refusal.into()),
-            Ok(()) => {
-                self.awaits_proof = false;
-                Ok(self.bared(frame, buffer))
-            }
-        }
+        self.options.refusal(id, self.awaits_proof, &mut self.bucket, now)
     }
 
     /// The same of a frame that is only asked about: the bucket is left as it is.
     pub(super) fn foresee_keeping_out(&self, id: MessageId, now: Time) -> Option<DropReason> {
-        let mut bucket = self.bucket;
-        self.refusal(id, &mut bucket, now)
+        self.options.refusal(id, self.awaits_proof, &mut self.bucket.clone(), now)
     }
 
-    fn refusal(&self, id: MessageId, bucket: &mut Bucket, now: Time) -> Option<DropReason> {
-        if self.options.is_readonly {
-            return Some(DropReason::ReadOnly);
+    /// Whether the signature of a frame is right, if it must be.
+    fn believe(
+        &mut self,
+        frame: &CheckedFrame<'_>,
+        signing: &mut Signing,
+        now: Time,
+    ) -> Result<(), DropReason> {
+        let (Some(verify), Some(heard)) = (&self.options.verify, self.heard) else {
+            return Ok(());
+        };
+        match signing.accept(heard, frame, now) {
+            Err(Refusal::Unsigned) if verify.allow_unsigned.contains(&frame.header.id) => Ok(()),
+            Err(refusal) => Err(refusal.into()),
+            Ok(()) => {
+                self.awaits_proof = false;
+                Ok(())
+            }
         }
-        if self.options.max_rate.is_some_and(|rate| !bucket.permit(rate, now)) {
-            return Some(DropReason::MaxRate);
-        }
-        let is_blocked =
-            self.options.blocks_stream_requests && id == MessageId::REQUEST_DATA_STREAM;
-        is_blocked.then_some(DropReason::StreamRequest)
     }
 
-    /// A frame that was believed, without its signature if that is taken off.
-    pub(super) fn bared<'a>(
+    /// A frame that was believed, as it goes on.
+    pub(super) fn pass<'a>(
         &self,
         frame: &CheckedFrame<'a>,
-        buffer: &'a mut FrameBuffer,
-    ) -> CheckedFrame<'a> {
+        [bare, remapped]: &'a mut [FrameBuffer; 2],
+    ) -> Result<CheckedFrame<'a>, DropReason> {
+        self.remap(&self.bared(frame, bare), remapped)
+    }
+
+    /// Without its signature, if that is taken off.
+    fn bared<'a>(&self, frame: &CheckedFrame<'a>, buffer: &'a mut FrameBuffer) -> CheckedFrame<'a> {
         let is_stripped = self.options.verify.as_ref().is_some_and(|verify| verify.strip);
         if is_stripped { buffer.strip(frame).unwrap_or(*frame) } else { *frame }
     }
 
     /// A frame with the system ids that it has on the other side; the way there and the way back are
     /// the same.
-    pub(super) fn remap<'a>(
+    fn remap<'a>(
         &self,
         frame: &CheckedFrame<'a>,
         buffer: &'a mut FrameBuffer,
@@ -150,7 +139,7 @@ impl Gate {
     }
 
     /// A frame in the layout in which it leaves.
-    pub(super) fn convert<'a>(
+    fn convert<'a>(
         &self,
         frame: &CheckedFrame<'a>,
         buffer: &'a mut FrameBuffer,
@@ -171,7 +160,7 @@ impl Gate {
     }
 
     /// A frame that leaves, in the layout in which it can be signed, if it is to be.
-    pub(super) fn shape<'a>(
+    fn shape<'a>(
         &self,
         frame: &CheckedFrame<'a>,
         buffer: &'a mut FrameBuffer,
@@ -186,44 +175,55 @@ impl Gate {
         }
     }
 
+    /// A frame as it leaves, but for the signature that it may get.
+    pub(super) fn shaped<'a>(
+        &self,
+        frame: &CheckedFrame<'a>,
+        [remapped, converted, shaped]: &'a mut [FrameBuffer; 3],
+    ) -> Result<CheckedFrame<'a>, DropReason> {
+        let frame = self.remap(frame, remapped)?;
+        let frame = self.convert(&frame, converted)?;
+        self.shape(&frame, shaped)
+    }
+
+    /// How a frame of this shape is signed, if it is.
+    pub(super) fn signs(&self, frame: &CheckedFrame<'_>) -> Option<&Sign> {
+        let is_due = frame.header.version == Version::V2 && !frame.header.signed;
+        self.options.sign.as_ref().filter(|_| is_due)
+    }
+
     /// A frame as it leaves.
     pub(super) fn let_out<'a>(
         &self,
         frame: &CheckedFrame<'a>,
         clock: &mut SigningClock,
         now: Time,
-        buffers: &'a mut [FrameBuffer; 4],
+        (shaped, signed): (&'a mut [FrameBuffer; 3], &'a mut FrameBuffer),
     ) -> Result<CheckedFrame<'a>, DropReason> {
-        let [remapped, converted, shaped, signed] = buffers;
-        let frame = self.remap(frame, remapped)?;
-        let frame = self.convert(&frame, converted)?;
-        let frame = self.shape(&frame, shaped)?;
-        Ok(self.sign(&frame, clock, now, signed))
-    }
-
-    /// The frame with a signature, if it gets one.
-    fn sign<'a>(
-        &self,
-        frame: &CheckedFrame<'a>,
-        clock: &mut SigningClock,
-        now: Time,
-        buffer: &'a mut FrameBuffer,
-    ) -> CheckedFrame<'a> {
-        let is_due = frame.header.version == Version::V2 && !frame.header.signed;
-        match &self.options.sign {
-            Some(sign) if is_due => {
-                buffer.sign(frame, &sign.key, self.link, clock.next(now)).unwrap_or(*frame)
-            }
-            _ => *frame,
-        }
+        let frame = self.shaped(frame, shaped)?;
+        let Some(sign) = self.signs(&frame) else { return Ok(frame) };
+        Ok(signed.sign(&frame, &sign.key, self.link, clock.next(now)).unwrap_or(frame))
     }
 }
 
 impl GateOptions {
-    /// Whether frames may leave other than they are, or not at all.
-    fn rewrites(&self) -> bool {
-        let is_made_anew = self.sign.is_some() || self.remap.is_some() || self.version.is_some();
-        is_made_anew || self.needs_belief
+    /// Why a frame that came is kept out whatever it says, if so. Where nothing is taken, it is looked
+    /// at all the same as long as somebody has yet to show the key.
+    fn refusal(
+        &self,
+        id: MessageId,
+        awaits_proof: bool,
+        bucket: &mut Bucket,
+        now: Time,
+    ) -> Option<DropReason> {
+        if self.is_readonly && !awaits_proof {
+            return Some(DropReason::ReadOnly);
+        }
+        if self.max_rate.is_some_and(|rate| !bucket.permit(rate, now)) {
+            return Some(DropReason::MaxRate);
+        }
+        let is_blocked = self.blocks_stream_requests && id == MessageId::REQUEST_DATA_STREAM;
+        is_blocked.then_some(DropReason::StreamRequest)
     }
 }
 
@@ -252,9 +252,6 @@ impl Router {
         let Some(gate) = &mut port.gate else { return false };
         if let Some(reason) = gate.keeps_out(frame.header.id, now) {
             port.counters[reason] += 1;
-            if gate.awaits_proof && reason == DropReason::ReadOnly {
-                self.prove(link, frame, now);
-            }
             return false;
         }
         if gate.reads { self.handle_read(link, frame, now) } else { self.admit(link, frame, now) }
@@ -265,10 +262,10 @@ impl Router {
     fn handle_read(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) -> bool {
         let Some(Some(port)) = self.ports.get_mut(link.index()) else { return false };
         let Some(gate) = &mut port.gate else { return false };
-        let (mut stripped, mut remapped) = <(FrameBuffer, FrameBuffer)>::default();
+        let mut buffers = <[FrameBuffer; 2]>::default();
         // Unsigned ones may be let in too, and need no belief.
         let verifies = gate.options.verify.is_some();
-        match gate.let_in(frame, &mut self.signing, now, (&mut stripped, &mut remapped)) {
+        match gate.let_in(frame, &mut self.signing, now, &mut buffers) {
             Ok(frame) => {
                 self.signing.is_believed = verifies;
                 let is_taken = self.admit(link, &frame, now);
@@ -286,14 +283,8 @@ impl Router {
         }
     }
 
-    /// Whoever only looks on has to show the key all the same.
-    #[inline(never)]
-    fn prove(&mut self, link: LinkId, frame: &CheckedFrame<'_>, now: Time) {
-        let Some(Some(port)) = self.ports.get_mut(link.index()) else { return };
-        if let Some(gate) = &mut port.gate {
-            // What comes of it stands in the gate.
-            let _ = gate.believe(frame, &mut self.signing, now, &mut FrameBuffer::default());
-        }
+    fn gate(&self, link: LinkId) -> Option<&Gate> {
+        self.port(link)?.gate.as_deref()
     }
 
     /// Whether the frames of a link come through a gate, so that [`Router::as_taken`] has to be asked.
@@ -303,8 +294,20 @@ impl Router {
 
     /// Whether nothing is sent to a link yet, as whoever is there has not shown the key.
     pub fn awaits_proof(&self, link: LinkId) -> bool {
-        let gate = self.port(link).and_then(|port| port.gate.as_ref());
-        gate.is_some_and(|gate| gate.awaits_proof)
+        self.gate(link).is_some_and(|gate| gate.awaits_proof)
+    }
+
+    /// Whether a link takes only what is signed.
+    pub fn asks_for_signatures(&self, link: LinkId) -> bool {
+        self.gate(link).is_some_and(|gate| gate.options.verify.is_some())
+    }
+
+    /// The ids that a component has on a link, if its frames come or go by it: others than here where
+    /// they are remapped.
+    pub fn on_the_wire(&self, link: LinkId, component: Component) -> Component {
+        let map = self.gate(link).and_then(|gate| gate.options.remap.as_deref());
+        let system = map.map_or(component.system, |map| map.apply(component.system));
+        Component::new(system, component.component)
     }
 
     /// A frame that was taken from `link`, as its gate let it in: with other system ids, perhaps.
@@ -314,11 +317,8 @@ impl Router {
         frame: &CheckedFrame<'a>,
         buffers: &'a mut [FrameBuffer; 2],
     ) -> CheckedFrame<'a> {
-        let Some(gate) = self.port(link).and_then(|port| port.gate.as_ref()) else { return *frame };
-        let [stripped, remapped] = buffers;
-        let bare = gate.bared(frame, stripped);
         // What cannot be remapped was not taken.
-        gate.remap(&bare, remapped).unwrap_or(bare)
+        self.gate(link).and_then(|gate| gate.pass(frame, buffers).ok()).unwrap_or(*frame)
     }
 
     /// Whether a frame shows that whoever sent it may be let in at such a gate.
@@ -355,7 +355,6 @@ mod tests {
 
     use super::*;
     use crate::mavlink::{Key, SystemMap};
-    use crate::routing::Sign;
 
     #[test]
     fn only_what_frames_are_asked_for_costs_them_buffers() {

@@ -30,6 +30,19 @@ pub struct GateOptions {
     pub recipes: Option<Arc<Recipes>>,
 }
 
+impl GateOptions {
+    /// The key that frames which come must have been signed with, if they must.
+    pub fn verify_key(&self) -> Option<&Key> {
+        self.verify.as_ref().map(|verify| &verify.key)
+    }
+
+    /// Whether frames may leave other than they are, or not at all.
+    pub(super) fn rewrites(&self) -> bool {
+        let is_made_anew = self.sign.is_some() || self.remap.is_some() || self.version.is_some();
+        is_made_anew || self.needs_belief
+    }
+}
+
 /// How signatures are checked.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Verify {

@@ -30,7 +30,7 @@ impl Port {
     /// Whether frames leave through a gate, if they do; one that only keeps out what comes is no
     /// matter to them.
     #[inline]
-    pub(super) fn is_rewritten(&self) -> bool {
+    pub(super) fn leaves_by_gate(&self) -> bool {
         self.gate.as_ref().is_some_and(|gate| gate.rewrites || gate.awaits_proof)
     }
 
@@ -66,9 +66,9 @@ impl Port {
         }
         // Out of the port for the time being, so that both can be used.
         let Some(gate) = self.gate.take() else { return };
-        let mut buffers = <[FrameBuffer; 4]>::default();
+        let (mut shaped, mut signed) = <([FrameBuffer; 3], FrameBuffer)>::default();
         // Signed in the order of the queue, so that no stream goes back (rule 42).
-        match gate.let_out(frame, &mut signing.clock, now, &mut buffers) {
+        match gate.let_out(frame, &mut signing.clock, now, (&mut shaped, &mut signed)) {
             // Caps are counted by the ids that a frame has here, as they are looked up.
             Ok(made) => self.queue(&CheckedFrame { bytes: made.bytes, ..*frame }, precedence, now),
             Err(reason) => self.counters[reason] += 1,

@@ -134,15 +134,20 @@ impl Router {
         frame: &CheckedFrame<'_>,
         now: Time,
     ) -> bool {
-        let Some(Some(port)) = self.ports.get_mut(link.index()) else {
-            return false;
-        };
-        port.counters.frames_in += 1;
-        port.counters.bytes_in += frame.bytes.len() as u64;
+        let Some(port) = self.count_in(link, frame) else { return false };
         if port.has_gate() {
             return self.handle_gated(link, frame, now);
         }
         self.admit(link, frame, now)
+    }
+
+    /// A frame came on a link, if there is such a link.
+    #[inline]
+    pub(super) fn count_in(&mut self, link: LinkId, frame: &CheckedFrame<'_>) -> Option<&Port> {
+        let port = self.ports.get_mut(link.index())?.as_mut()?;
+        port.counters.frames_in += 1;
+        port.counters.bytes_in += frame.bytes.len() as u64;
+        Some(port)
     }
 
     /// Takes a frame that has passed the gate of its link, if there is one.
@@ -206,7 +211,7 @@ impl Router {
         now: Time,
     ) {
         let Some(Some(port)) = self.ports.get_mut(link.index()) else { return };
-        if port.is_rewritten() {
+        if port.leaves_by_gate() {
             port.offer_gated(frame, precedence, &mut self.signing, now);
         } else {
             port.offer(frame, precedence, now);

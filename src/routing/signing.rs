@@ -83,11 +83,12 @@ impl Signing {
         }
         let new = Some(Heard { key: key.clone(), member, streams: Streams::default() });
         let free = self.heard.iter().position(Option::is_none);
-        match free {
-            Some(free) => self.heard[free] = new,
-            None => self.heard.push(new),
+        let at = free.unwrap_or(self.heard.len());
+        if at == self.heard.len() {
+            self.heard.push(None);
         }
-        HeardId(free.unwrap_or(self.heard.len() - 1))
+        self.heard[at] = new;
+        HeardId(at)
     }
 
     /// Forgets the keys that nobody has any use for, with what was heard by them: the last copy of a
@@ -133,7 +134,7 @@ impl Signing {
         let known = self.find(key, member).and_then(|at| self.heard[at].as_ref());
         match known {
             Some(heard) => heard.streams.would_accept(frame, key, local),
-            None => Streams::default().would_accept(frame, key, local),
+            None => Streams::EMPTY.would_accept(frame, key, local),
         }
     }
 }
@@ -144,7 +145,7 @@ impl Router {
         let ports = &self.ports;
         let of_link = |key: &Key| {
             let mut gates = ports.iter().flatten().filter_map(|port| port.gate.as_deref());
-            gates.any(|gate| gate.options.verify.as_ref().is_some_and(|it| it.key == *key))
+            gates.any(|gate| gate.options.verify_key() == Some(key))
         };
         self.signing.forget_keys(|key| is_used(key) || of_link(key));
     }

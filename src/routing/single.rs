@@ -33,9 +33,9 @@ impl Router {
         frame: &CheckedFrame<'_>,
         now: Time,
     ) -> bool {
-        let Some(port) = self.port_mut(link) else { return false };
-        port.counters.frames_in += 1;
-        port.counters.bytes_in += frame.bytes.len() as u64;
+        if self.count_in(link, frame).is_none() {
+            return false;
+        }
         self.tallies.count(frame);
         let arrival = self.arrival(link, frame, now);
         self.learn(link, frame, arrival, now);

@@ -275,13 +275,38 @@ fn who_has_shown_the_key_need_not_do_so_again_while_it_is_the_same() {
 #[test]
 fn a_spectator_shows_the_key_and_is_not_heard_all_the_same() {
     let (mut network, spectator, vehicle) = beside(guarded(key(), true));
-    refused(&mut network, spectator, &heartbeat(STATION), DropReason::ReadOnly);
+    refused(&mut network, spectator, &heartbeat(STATION), DropReason::Unsigned);
     assert_eq!(network.hears(vehicle, &attitude(VEHICLE, 1)), [spectator]);
     assert_eq!(network.counters(spectator).frames_out, 0);
     let good = signed_by(&key(), 1, NOW, &heartbeat(STATION));
     refused(&mut network, spectator, &good, DropReason::ReadOnly);
     network.receive(vehicle, &attitude(VEHICLE, 2));
     assert_eq!(network.sent(spectator), attitude(VEHICLE, 2));
+}
+
+/// Whoever calls may be anybody: to check signatures is work, and so is bounded, and what is wrong
+/// with them is told, as where frames are taken.
+#[test]
+fn a_spectator_without_the_key_is_told_apart_and_kept_within_its_share() {
+    let capped = GateOptions { max_rate: Some(5), ..guarded(key(), true) };
+    let (mut network, spectator, vehicle) = beside(capped);
+    let other_key = Key::from_passphrase("another");
+    for _ in 0..5 {
+        let wrong = signed_by(&other_key, 1, NOW, &heartbeat(STATION));
+        refused(&mut network, spectator, &wrong, DropReason::WrongSignature);
+    }
+    let told = RouterEvent::Refused(STATION, spectator, DropReason::WrongSignature);
+    assert!(std::iter::from_fn(|| network.router.poll_event()).any(|event| event == told));
+    let good = signed_by(&key(), 1, NOW, &heartbeat(STATION));
+    refused(&mut network, spectator, &good, DropReason::MaxRate);
+    network.now = Time::from_millis(1_001_000);
+    refused(&mut network, spectator, &good, DropReason::ReadOnly);
+    network.receive(vehicle, &attitude(VEHICLE, 1));
+    assert_eq!(network.sent(spectator), attitude(VEHICLE, 1));
+    network.delivered();
+    // There is nothing left to find out, and so nothing to be told of.
+    let wrong = signed_by(&other_key, 1, NOW, &heartbeat(STATION));
+    refused(&mut network, spectator, &wrong, DropReason::ReadOnly);
 }
 
 #[test]
