@@ -29,7 +29,7 @@ pub(super) struct Gate {
     pub(super) awaits_proof: bool,
     /// Whether it looks at what frames that come say; else it only counts them.
     reads: bool,
-    /// Whether frames may leave other than they are.
+    /// Whether frames may leave other than they are, or not at all.
     pub(super) rewrites: bool,
 }
 
